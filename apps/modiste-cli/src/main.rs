@@ -1,0 +1,2 @@
+//! The `modiste` command.
+fn main() {}

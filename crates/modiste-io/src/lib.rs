@@ -1,0 +1,1 @@
+//! modiste-io

@@ -1,0 +1,1 @@
+//! modiste-scene
