@@ -1,6 +1,41 @@
 //! Meshes, numerics, queries and the CPU rasteriser. No files, no command line.
 
+mod components;
+mod curvature;
+mod deformation;
+mod dense;
+mod error;
+mod geodesic;
+mod mesh;
+mod pca;
+mod progress;
+mod quantised;
+mod rng;
+pub mod shapes;
+mod sparse_cholesky;
+mod sparse_matrix;
 mod topology;
 
+pub use components::{boundary_loops, connected_components};
+pub use curvature::mean_curvature;
+pub use deformation::{GradientReconstruction, deformation_gradients};
+pub use dense::{Matrix, ThinSvd, largest_eigenvalue_magnitude, ridge, solve_spd, symmetric_eigen, thin_svd};
+pub use error::SolveError;
+pub use geodesic::geodesic_distances;
 pub use glam::{DAffine3 as Affine3, DMat2 as Mat2, DMat3 as Mat3, DQuat as Quat, DVec2 as Vec2, DVec3 as Vec3};
+pub use mesh::{
+    Mesh, bounds, centroid, corners, face_areas, face_normals, surface_area, vertex_areas, vertex_normals,
+    vertex_normals_into, volume,
+};
+pub use pca::Pca;
+pub use progress::{Progress, Silent};
+pub use quantised::QuantisedBasis;
+pub use rng::{Rng, below, normal, seeded_rng, shuffle, uniform};
+pub use sparse_cholesky::SparseCholesky;
+pub use sparse_matrix::SparseMatrix;
 pub use topology::{Adjacency, Edge, Topology, TopologyError};
+
+/// Keeps `faer` on the calling thread: the programs run one job per core, and sums must not depend on thread counts.
+fn sequential() {
+    faer::set_global_parallelism(faer::Par::Seq);
+}

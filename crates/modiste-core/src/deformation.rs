@@ -1,0 +1,222 @@
+//! Deformation gradients and the mesh that fits them best (DRAPE, Guan et al. 2012, §4).
+
+use crate::components::{connected_components, nearest_link};
+use crate::error::check_size;
+use crate::mesh::{centroid, corners};
+use crate::{Mat3, SolveError, SparseCholesky, Topology, Vec3};
+
+/// Per face the matrix `A_t` that takes the edges and the normal of `source` to those of `target` (DRAPE eq. 1).
+///
+/// `A_t [Δx2, Δx3, Δx4] = [Δy2, Δy3, Δy4]`, where `Δx4 = Δx2 × Δx3` as in the paper: lengths normal to the face scale
+/// like its area. Translation does not enter. Where a source face has no area its matrix is the identity.
+pub fn deformation_gradients(topology: &Topology, source: &[Vec3], target: &[Vec3]) -> Vec<Mat3> {
+    topology
+        .faces()
+        .iter()
+        .map(|&face| {
+            let frame = edge_frame(corners(face, source));
+            if frame.determinant() > 0.0 { edge_frame(corners(face, target)) * frame.inverse() } else { Mat3::IDENTITY }
+        })
+        .collect()
+}
+
+/// `[Δx2, Δx3, Δx2 × Δx3]` of a triangle. Its determinant is the square of twice the area.
+fn edge_frame([a, b, c]: [Vec3; 3]) -> Mat3 {
+    let (first, second) = (b - a, c - a);
+    Mat3::from_cols(first, second, first.cross(second))
+}
+
+/// The mesh whose edges match given deformation gradients best in the least-squares sense (DRAPE eq. 3), prefactored.
+///
+/// Minimises `sum_t sum_k |A_t Δx_tk - Δy_tk|²` over the vertices `y`, with k the two edges at the first corner of the
+/// face. The third, virtual edge of the paper is a free unknown per face, so its term vanishes at the minimum and does
+/// not move the vertices. The V×V matrix depends on the faces alone; it is factored once.
+///
+/// The sum does not change when a connected component is translated. Every component but the largest is therefore tied
+/// to the largest by one more edge between two nearby vertices, deformed by the mean gradient of the faces at its end on
+/// the largest. Such ties form a tree, so each is met exactly: they place eyes or teeth without bending anything. The
+/// one translation that is left is fixed by the centroid of the vertices.
+#[derive(Debug, Clone)]
+pub struct GradientReconstruction {
+    factor: SparseCholesky,
+    edges: Vec<FaceEdges>,
+    links: Vec<Link>,
+}
+
+/// The two template edges of a face at its first corner, with the face's vertices in the order of the factor.
+#[derive(Debug, Clone, Copy)]
+struct FaceEdges {
+    vertices: [u32; 3],
+    edges: [Vec3; 2],
+}
+
+/// The tie of a component to the largest one.
+#[derive(Debug, Clone)]
+struct Link {
+    /// Ends in the order of the factor: on the largest component, on the other.
+    ends: [u32; 2],
+    /// Template vector between them.
+    edge: Vec3,
+    /// Faces whose mean gradient deforms the edge.
+    faces: Vec<u32>,
+}
+
+impl GradientReconstruction {
+    /// Prefactors the least-squares problem for a template (m).
+    ///
+    /// # Errors
+    /// A template of the wrong length, or with a coordinate that is not finite.
+    pub fn new(topology: &Topology, template: &[Vec3]) -> Result<Self, SolveError> {
+        let n = topology.vertex_count();
+        check_size("vertices of the template", n, template.len())?;
+        if n == 0 {
+            return Err(SolveError::Empty { what: "the template" });
+        }
+        if let Some(index) = template.iter().position(|p| !p.is_finite()) {
+            return Err(SolveError::NotFinite { what: "the template", index });
+        }
+        let mut triplets = Vec::with_capacity(topology.face_count() * 6 + 1);
+        let mut couple = |a: u32, b: u32| {
+            let (low, high) = (a.min(b) as usize, a.max(b) as usize);
+            triplets.extend([(low, low, 1.0), (high, high, 1.0), (high, low, -1.0)]);
+        };
+        for &[a, b, c] in topology.faces() {
+            couple(a, b);
+            couple(a, c);
+        }
+        let mut links = Vec::new();
+        for ends in component_links(topology, template) {
+            couple(ends[0], ends[1]);
+            links.push(Link {
+                ends,
+                edge: template[ends[1] as usize] - template[ends[0] as usize],
+                faces: topology.vertex_faces(ends[0] as usize).to_vec(),
+            });
+        }
+        // Any positive number here pins vertex 0 to the origin exactly: the other terms do not see a translation.
+        triplets.push((0, 0, 1.0));
+        let factor = SparseCholesky::new(n, &triplets)?;
+        let place = factor.new_from_old();
+        let edges = topology
+            .faces()
+            .iter()
+            .map(|&face| {
+                let [a, b, c] = corners(face, template);
+                FaceEdges { vertices: face.map(|vertex| place[vertex as usize]), edges: [b - a, c - a] }
+            })
+            .collect();
+        for link in &mut links {
+            link.ends = link.ends.map(|vertex| place[vertex as usize]);
+        }
+        Ok(Self { factor, edges, links })
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.factor.size()
+    }
+
+    /// Number of faces.
+    pub fn face_count(&self) -> usize {
+        self.edges.len()
+    }
+
+    /// Writes the vertices (m) that fit one gradient per face best, with their centroid at the origin.
+    ///
+    /// # Panics
+    /// If there is not one gradient per face and one place in `out` per vertex.
+    pub fn reconstruct(&self, gradients: &[Mat3], out: &mut [Vec3]) {
+        assert_eq!(gradients.len(), self.face_count(), "one gradient per face");
+        assert_eq!(out.len(), self.vertex_count(), "one place per vertex");
+        out.fill(Vec3::ZERO);
+        for (face, gradient) in self.edges.iter().zip(gradients) {
+            let (first, second) = (*gradient * face.edges[0], *gradient * face.edges[1]);
+            out[face.vertices[0] as usize] -= first + second;
+            out[face.vertices[1] as usize] += first;
+            out[face.vertices[2] as usize] += second;
+        }
+        for link in &self.links {
+            let deformed = if link.faces.is_empty() {
+                link.edge
+            } else {
+                let sum: Vec3 = link.faces.iter().map(|&face| gradients[face as usize] * link.edge).sum();
+                sum / link.faces.len() as f64
+            };
+            out[link.ends[0] as usize] -= deformed;
+            out[link.ends[1] as usize] += deformed;
+        }
+        self.factor.solve_points_in_elimination_order(out);
+        let centre = centroid(out);
+        for vertex in out {
+            *vertex -= centre;
+        }
+    }
+}
+
+/// One pair of vertices per component but the largest: on the largest, and near to it on the other.
+fn component_links(topology: &Topology, template: &[Vec3]) -> Vec<[u32; 2]> {
+    let components = connected_components(topology);
+    let Some(main) = (0..components.len()).rev().max_by_key(|&index| components[index].len()) else {
+        return Vec::new();
+    };
+    let others = components.iter().enumerate().filter(|&(index, _)| index != main);
+    others.map(|(_, vertices)| nearest_link(&components[main], vertices, template)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{GradientReconstruction, deformation_gradients};
+    use crate::mesh::centroid;
+    use crate::shapes::{grid, icosphere};
+    use crate::{Mat3, Vec3, normal, seeded_rng};
+
+    fn jittered(x: &[Vec3], amount: f64, seed: u64) -> Vec<Vec3> {
+        let mut rng = seeded_rng(seed);
+        x.iter().map(|&p| p + amount * Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng))).collect()
+    }
+
+    fn largest_distance(a: &[Vec3], b: &[Vec3]) -> f64 {
+        a.iter().zip(b).map(|(p, q)| p.distance(*q)).fold(0.0, f64::max)
+    }
+
+    fn centred(x: &[Vec3]) -> Vec<Vec3> {
+        let centre = centroid(x);
+        x.iter().map(|&p| p - centre).collect()
+    }
+
+    #[test]
+    fn gradients_take_edges_and_normal_to_the_target() {
+        let mesh = icosphere(2);
+        let target = jittered(&mesh.vertices, 0.05, 1);
+        let gradients = deformation_gradients(&mesh.topology, &mesh.vertices, &target);
+        for (&[a, b, c], gradient) in mesh.topology.faces().iter().zip(&gradients) {
+            let edges = |x: &[Vec3]| [x[b as usize] - x[a as usize], x[c as usize] - x[a as usize]];
+            let (from, to) = (edges(&mesh.vertices), edges(&target));
+            assert!((*gradient * from[0]).distance(to[0]) < 1e-12);
+            assert!((*gradient * from[1]).distance(to[1]) < 1e-12);
+            assert!((*gradient * from[0].cross(from[1])).distance(to[0].cross(to[1])) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_rotation_is_the_gradient_of_every_face() {
+        let mesh = icosphere(1);
+        let rotation = Mat3::from_axis_angle(Vec3::new(1.0, 2.0, -0.5).normalize(), 0.8);
+        let target: Vec<Vec3> = mesh.vertices.iter().map(|&p| rotation * p + Vec3::new(3.0, -1.0, 2.0)).collect();
+        for gradient in deformation_gradients(&mesh.topology, &mesh.vertices, &target) {
+            assert!(gradient.abs_diff_eq(rotation, 1e-12));
+        }
+    }
+
+    #[test]
+    fn gradients_of_a_mesh_give_the_mesh_back() {
+        for mesh in [icosphere(3), grid(9, 14)] {
+            let target = jittered(&mesh.vertices, 0.03, 2);
+            let gradients = deformation_gradients(&mesh.topology, &mesh.vertices, &target);
+            let solver = GradientReconstruction::new(&mesh.topology, &mesh.vertices).unwrap();
+            let mut out = vec![Vec3::ZERO; target.len()];
+            solver.reconstruct(&gradients, &mut out);
+            assert!(largest_distance(&out, &centred(&target)) < 1e-11);
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Bases stored as 16-bit integers.
+
+use crate::SolveError;
+use crate::error::check_size;
+
+/// Numbers of the result that stay in the nearest cache while the components pass by.
+const BLOCK: usize = 4096;
+
+/// Rows of 16-bit integers with one scale per row: half the memory, and so half the time, of f32.
+///
+/// A component is `scale * integers`; the largest magnitude of a row becomes 32767, so the error of an entry is at most
+/// half of `scale`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct QuantisedBasis {
+    dimensions: usize,
+    scales: Vec<f32>,
+    values: Vec<i16>,
+}
+
+impl QuantisedBasis {
+    /// Quantises `k` rows of `n` numbers.
+    ///
+    /// # Errors
+    /// A basis of another size, or a number that is not finite.
+    pub fn from_f32(basis: &[f32], k: usize, n: usize) -> Result<Self, SolveError> {
+        check_size("numbers of the basis", k * n, basis.len())?;
+        if let Some(index) = basis.iter().position(|value| !value.is_finite()) {
+            return Err(SolveError::NotFinite { what: "the basis", index });
+        }
+        let mut scales = Vec::with_capacity(k);
+        let mut values = Vec::with_capacity(k * n);
+        for row in 0..k {
+            let row = &basis[row * n..(row + 1) * n];
+            let largest = row.iter().fold(0.0f32, |largest, value| largest.max(value.abs()));
+            let scale = if largest > 0.0 { largest / f32::from(i16::MAX) } else { 1.0 };
+            scales.push(scale);
+            values.extend(row.iter().map(|value| (value / scale).round() as i16));
+        }
+        Ok(Self { dimensions: n, scales, values })
+    }
+
+    /// A basis as it was stored: one scale per row, then the rows.
+    ///
+    /// # Errors
+    /// Sizes that do not agree, or a scale that is not finite.
+    pub fn from_parts(scales: Vec<f32>, values: Vec<i16>, n: usize) -> Result<Self, SolveError> {
+        check_size("integers of the basis", scales.len() * n, values.len())?;
+        if let Some(index) = scales.iter().position(|scale| !scale.is_finite()) {
+            return Err(SolveError::NotFinite { what: "the scales of the basis", index });
+        }
+        Ok(Self { dimensions: n, scales, values })
+    }
+
+    /// Number of components.
+    pub fn count(&self) -> usize {
+        self.scales.len()
+    }
+
+    /// Numbers per component.
+    pub fn dimensions(&self) -> usize {
+        self.dimensions
+    }
+
+    /// The scale of each component.
+    pub fn scales(&self) -> &[f32] {
+        &self.scales
+    }
+
+    /// The integers, component after component.
+    pub fn values(&self) -> &[i16] {
+        &self.values
+    }
+
+    /// The components as f32, k rows of n.
+    pub fn to_f32(&self) -> Vec<f32> {
+        let rows = self.scales.iter().zip(self.values.chunks(self.dimensions.max(1)));
+        rows.flat_map(|(&scale, row)| row.iter().map(move |&value| scale * f32::from(value))).collect()
+    }
+
+    /// Writes `mean + sum_k c_k basis_k`; missing coefficients are 0, further ones are ignored.
+    ///
+    /// # Panics
+    /// If `mean` or `out` has another number of dimensions.
+    pub fn expand(&self, mean: &[f32], coefficients: &[f64], out: &mut [f32]) {
+        let n = self.dimensions;
+        assert_eq!(mean.len(), n, "one number of the mean per dimension");
+        assert_eq!(out.len(), n, "one number per dimension");
+        for (block, (out, mean)) in out.chunks_mut(BLOCK).zip(mean.chunks(BLOCK)).enumerate() {
+            out.copy_from_slice(mean);
+            for (k, (&coefficient, &scale)) in coefficients.iter().zip(&self.scales).enumerate() {
+                let row = &self.values[k * n + block * BLOCK..][..out.len()];
+                let factor = (coefficient * f64::from(scale)) as f32;
+                for (value, &b) in out.iter_mut().zip(row) {
+                    *value += factor * f32::from(b);
+                }
+            }
+        }
+    }
+}

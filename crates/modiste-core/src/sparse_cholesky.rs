@@ -1,0 +1,332 @@
+//! Sparse Cholesky factorisation with a fast solve for three interleaved right-hand sides.
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::solvers::LltError;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, SymbolicCholeskyRaw, SymmetricOrdering, factorize_symbolic_cholesky, supernodal,
+};
+use faer::sparse::{SparseColMat, Triplet};
+use faer::{Par, Side};
+
+use crate::{SolveError, Vec3};
+
+/// The factor `P A Pᵀ = L Lᵀ` of a symmetric positive definite matrix.
+///
+/// Ordered by approximate minimum degree and factored by supernodes (`faer`), then kept in a layout of our own: the
+/// solve reads every entry of `L` twice, so memory order is what counts. One core; results do not depend on threads.
+#[derive(Debug, Clone)]
+pub struct SparseCholesky {
+    size: usize,
+    /// `old_from_new[i]` is the row of the matrix that elimination step `i` treats.
+    old_from_new: Vec<u32>,
+    /// Its inverse.
+    new_from_old: Vec<u32>,
+    /// The cycles of `new_from_old`, one after the other; the last element of each has its top bit set.
+    cycles: Vec<u32>,
+    supernodes: Vec<Supernode>,
+    /// Rows below the diagonal block, supernode by supernode.
+    rows: Vec<u32>,
+    /// Per supernode: the lower triangle of the diagonal block row by row, with inverted diagonal, then the rows below.
+    values: Vec<f64>,
+}
+
+/// Neighbouring columns of `L` with the same pattern below the diagonal.
+#[derive(Debug, Clone, Copy)]
+struct Supernode {
+    start: u32,
+    width: u32,
+    first_row: u32,
+    row_count: u32,
+    first_value: usize,
+}
+
+/// Marks the last element of a cycle.
+const LAST: u32 = 1 << 31;
+
+/// The cycles of a permutation, one after the other: each element is followed by its image.
+fn cycles(permutation: &[u32]) -> Vec<u32> {
+    let mut seen = vec![false; permutation.len()];
+    let mut cycles: Vec<u32> = Vec::with_capacity(permutation.len());
+    for start in 0..permutation.len() {
+        let mut at = start;
+        while !std::mem::replace(&mut seen[at], true) {
+            cycles.push(at as u32);
+            at = permutation[at] as usize;
+            if at == start
+                && let Some(last) = cycles.last_mut()
+            {
+                *last |= LAST;
+            }
+        }
+    }
+    cycles
+}
+
+/// What the solve needs of a right-hand side entry: a number, or three at once.
+trait Entry: Copy {
+    fn minus(self, factor: f64, other: Self) -> Self;
+    fn times(self, factor: f64) -> Self;
+}
+
+impl Entry for f64 {
+    #[inline(always)]
+    fn minus(self, factor: f64, other: Self) -> Self {
+        self - factor * other
+    }
+    #[inline(always)]
+    fn times(self, factor: f64) -> Self {
+        self * factor
+    }
+}
+
+impl Entry for Vec3 {
+    #[inline(always)]
+    fn minus(self, factor: f64, other: Self) -> Self {
+        self - factor * other
+    }
+    #[inline(always)]
+    fn times(self, factor: f64) -> Self {
+        self * factor
+    }
+}
+
+impl SparseCholesky {
+    /// Factors an `n`×`n` symmetric matrix given by `(row, column, value)`; values at the same place are added.
+    ///
+    /// The lower half is read (`row >= column`), so both halves may be given or the lower one alone.
+    ///
+    /// # Errors
+    /// An index out of range, a value that is not finite, or a matrix that is not positive definite.
+    pub fn new(n: usize, triplets: &[(usize, usize, f64)]) -> Result<Self, SolveError> {
+        let mut lower = Vec::with_capacity(triplets.len());
+        for (index, &(row, column, value)) in triplets.iter().enumerate() {
+            if row >= n || column >= n {
+                return Err(SolveError::IndexOutOfRange { row, column, rows: n, columns: n });
+            }
+            if !value.is_finite() {
+                return Err(SolveError::NotFinite { what: "sparse matrix", index });
+            }
+            if row >= column {
+                lower.push(Triplet::new(row as u32, column as u32, value));
+            }
+        }
+        if n == 0 {
+            return Ok(Self::empty());
+        }
+        let out_of_memory = |_| SolveError::OutOfMemory { what: "the sparse Cholesky factor" };
+        let matrix = SparseColMat::<u32, f64>::try_new_from_triplets(n, n, &lower)
+            .map_err(|_creation| SolveError::OutOfMemory { what: "the sparse matrix" })?;
+        let symbolic = factorize_symbolic_cholesky(
+            matrix.symbolic(),
+            Side::Lower,
+            SymmetricOrdering::Amd,
+            CholeskySymbolicParams {
+                supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+                ..Default::default()
+            },
+        )
+        .map_err(out_of_memory)?;
+        let mut values = vec![0.0; symbolic.len_val()];
+        let scratch = symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let mut memory = MemBuffer::new(scratch);
+        symbolic
+            .factorize_numeric_llt(
+                &mut values,
+                matrix.as_ref(),
+                Side::Lower,
+                Default::default(),
+                Par::Seq,
+                MemStack::new(&mut memory),
+                Default::default(),
+            )
+            .map_err(|LltError::NonPositivePivot { .. }| SolveError::NotPositiveDefinite { size: n })?;
+        let SymbolicCholeskyRaw::Supernodal(structure) = symbolic.raw() else {
+            unreachable!("the supernodal factorisation was asked for");
+        };
+        let mut factor = Self::empty();
+        factor.size = n;
+        match symbolic.perm() {
+            Some(permutation) => {
+                let (forward, inverse) = permutation.arrays();
+                factor.old_from_new = forward.to_vec();
+                factor.new_from_old = inverse.to_vec();
+            }
+            None => {
+                factor.old_from_new = (0..n as u32).collect();
+                factor.new_from_old = factor.old_from_new.clone();
+            }
+        }
+        factor.cycles = cycles(&factor.new_from_old);
+        factor.keep(structure, &values);
+        if factor.values.iter().all(|value| value.is_finite()) {
+            Ok(factor)
+        } else {
+            Err(SolveError::NotPositiveDefinite { size: n })
+        }
+    }
+
+    fn empty() -> Self {
+        Self {
+            size: 0,
+            old_from_new: Vec::new(),
+            new_from_old: Vec::new(),
+            cycles: Vec::new(),
+            supernodes: Vec::new(),
+            rows: Vec::new(),
+            values: Vec::new(),
+        }
+    }
+
+    /// Copies the factor into the layout of the solve.
+    fn keep(&mut self, structure: &supernodal::SymbolicSupernodalCholesky<u32>, values: &[f64]) {
+        let factor = supernodal::SupernodalLltRef::new(structure, values);
+        for index in 0..structure.n_supernodes() {
+            let node = factor.supernode(index);
+            let block = node.val();
+            let (width, height) = (block.ncols(), block.nrows());
+            self.supernodes.push(Supernode {
+                start: node.start() as u32,
+                width: width as u32,
+                first_row: self.rows.len() as u32,
+                row_count: (height - width) as u32,
+                first_value: self.values.len(),
+            });
+            self.rows.extend_from_slice(node.pattern());
+            for row in 0..width {
+                self.values.extend((0..row).map(|column| block[(row, column)]));
+                self.values.push(block[(row, row)].recip());
+            }
+            for row in width..height {
+                self.values.extend((0..width).map(|column| block[(row, column)]));
+            }
+        }
+    }
+
+    /// Number of rows of the matrix.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Number of stored entries of `L`.
+    pub fn entry_count(&self) -> usize {
+        self.values.len()
+    }
+
+    /// Where the solve keeps the entry of each row of the matrix.
+    pub(crate) fn new_from_old(&self) -> &[u32] {
+        &self.new_from_old
+    }
+
+    /// Replaces `rhs` by the solution of `A x = rhs`.
+    ///
+    /// # Panics
+    /// If `rhs` does not have one number per row.
+    pub fn solve(&self, rhs: &mut [f64]) {
+        self.solve_entries(rhs);
+    }
+
+    /// Replaces a column of points by the solution of `A x = rhs`, the three coordinates in one sweep.
+    ///
+    /// # Panics
+    /// If `rhs` does not have one point per row.
+    pub fn solve_points(&self, rhs: &mut [Vec3]) {
+        self.solve_entries(rhs);
+    }
+
+    /// Solves for a right-hand side in elimination order (see [`Self::new_from_old`]); the solution is in matrix order.
+    ///
+    /// Needs no memory besides `rhs`.
+    pub(crate) fn solve_points_in_elimination_order(&self, rhs: &mut [Vec3]) {
+        assert_eq!(rhs.len(), self.size, "one point per row");
+        self.forward(rhs);
+        self.backward(rhs);
+        let mut cycle = self.cycles.iter();
+        while let Some(&first) = cycle.next() {
+            let mut at = (first & !LAST) as usize;
+            if first & LAST != 0 {
+                continue;
+            }
+            let saved = rhs[at];
+            for &element in cycle.by_ref() {
+                let next = (element & !LAST) as usize;
+                rhs[at] = rhs[next];
+                at = next;
+                if element & LAST != 0 {
+                    break;
+                }
+            }
+            rhs[at] = saved;
+        }
+    }
+
+    fn solve_entries<T: Entry>(&self, rhs: &mut [T]) {
+        assert_eq!(rhs.len(), self.size, "one entry per row");
+        let mut x: Vec<T> = self.old_from_new.iter().map(|&old| rhs[old as usize]).collect();
+        self.forward(&mut x);
+        self.backward(&mut x);
+        for (&old, value) in self.old_from_new.iter().zip(x) {
+            rhs[old as usize] = value;
+        }
+    }
+
+    /// `L y = x` in place, in elimination order.
+    fn forward<T: Entry>(&self, x: &mut [T]) {
+        for node in &self.supernodes {
+            let (diagonal, below, rows) = self.parts(node);
+            let (start, width) = (node.start as usize, node.width as usize);
+            let mut at = 0;
+            for row in 0..width {
+                let mut value = x[start + row];
+                for column in 0..row {
+                    value = value.minus(diagonal[at + column], x[start + column]);
+                }
+                x[start + row] = value.times(diagonal[at + row]);
+                at += row + 1;
+            }
+            for (&row, factors) in rows.iter().zip(below.chunks_exact(width)) {
+                let mut value = x[row as usize];
+                for (&factor, &other) in factors.iter().zip(&x[start..start + width]) {
+                    value = value.minus(factor, other);
+                }
+                x[row as usize] = value;
+            }
+        }
+    }
+
+    /// `Lᵀ z = x` in place, in elimination order.
+    fn backward<T: Entry>(&self, x: &mut [T]) {
+        for node in self.supernodes.iter().rev() {
+            let (diagonal, below, rows) = self.parts(node);
+            let (start, width) = (node.start as usize, node.width as usize);
+            let (head, tail) = x.split_at_mut(start + width);
+            let own = &mut head[start..];
+            for (&row, factors) in rows.iter().zip(below.chunks_exact(width)) {
+                let other = tail[row as usize - start - width];
+                for (value, &factor) in own.iter_mut().zip(factors) {
+                    *value = value.minus(factor, other);
+                }
+            }
+            let mut at = diagonal.len();
+            for row in (0..width).rev() {
+                at -= row + 1;
+                let value = own[row].times(diagonal[at + row]);
+                own[row] = value;
+                for column in 0..row {
+                    own[column] = own[column].minus(diagonal[at + column], value);
+                }
+            }
+        }
+    }
+
+    /// The values of the diagonal block, those below it, and the rows these belong to.
+    #[inline]
+    fn parts(&self, node: &Supernode) -> (&[f64], &[f64], &[u32]) {
+        let (width, row_count) = (node.width as usize, node.row_count as usize);
+        let triangle = width * (width + 1) / 2;
+        let values = &self.values[node.first_value..node.first_value + triangle + width * row_count];
+        let (diagonal, below) = values.split_at(triangle);
+        let first_row = node.first_row as usize;
+        (diagonal, below, &self.rows[first_row..first_row + row_count])
+    }
+}
