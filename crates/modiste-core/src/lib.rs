@@ -10,6 +10,7 @@ mod mesh;
 mod pca;
 mod progress;
 mod quantised;
+pub mod render;
 mod rng;
 pub mod shapes;
 mod sparse_cholesky;
