@@ -1,0 +1,108 @@
+//! One body: a shape, ready to be posed.
+
+use std::sync::Arc;
+
+use modiste_core::{Mat3, Vec3};
+
+use super::ScapeModel;
+use super::pose_deformation::pose_features;
+use crate::{BodyError, Part, Pose};
+
+/// Coefficients beyond this many standard deviations are refused: nothing like them was ever seen.
+const LARGEST_COEFFICIENT: f64 = 20.0;
+
+/// A body of one shape, ready to be posed.
+#[derive(Debug, Clone)]
+pub struct Body {
+    model: Arc<ScapeModel>,
+    shape: Vec<f64>,
+    /// D of every face.
+    gradients: Arc<[Mat3]>,
+    rest_vertices: Vec<Vec3>,
+    rest_joints: [Vec3; Part::COUNT],
+    /// From the pelvis joint to the vertices that carry it, in the template pose.
+    anchor_from_pelvis: Vec3,
+}
+
+impl Body {
+    pub(crate) fn new(model: Arc<ScapeModel>, shape: &[f64]) -> Result<Self, BodyError> {
+        if shape.len() > model.shape_count() {
+            let wanted = format!("at most {}", model.shape_count());
+            return Err(BodyError::Size { what: "shape coefficients", wanted, found: shape.len() });
+        }
+        if let Some((index, &found)) = shape.iter().enumerate().find(|(_, x)| !(x.abs() <= LARGEST_COEFFICIENT)) {
+            let wanted = format!("-{LARGEST_COEFFICIENT} to {LARGEST_COEFFICIENT} standard deviations");
+            return Err(BodyError::Value { what: format!("shape coefficient {index}"), wanted, found });
+        }
+        let mut full = shape.to_vec();
+        full.resize(model.shape_count(), 0.0);
+        let gradients: Arc<[Mat3]> = model.shape_gradients(&full).into();
+        let mut rest_vertices = Vec::new();
+        model.reconstruct(&gradients, &mut rest_vertices);
+        let pelvis = model.regress_joints(&rest_vertices)[Part::Pelvis.index()];
+        let floor = rest_vertices.iter().map(|vertex| vertex.y).fold(f64::INFINITY, f64::min);
+        let offset = Vec3::new(-pelvis.x, -floor, -pelvis.z);
+        for vertex in &mut rest_vertices {
+            *vertex += offset;
+        }
+        let rest_joints = model.regress_joints(&rest_vertices);
+        let anchor_from_pelvis = model.pelvis_anchor(&rest_vertices) - rest_joints[Part::Pelvis.index()];
+        Ok(Self { model, shape: full, gradients, rest_vertices, rest_joints, anchor_from_pelvis })
+    }
+
+    /// The shape coefficients β, in standard deviations, all of them.
+    pub fn shape(&self) -> &[f64] {
+        &self.shape
+    }
+
+    /// The model that the body belongs to.
+    pub fn model(&self) -> &Arc<ScapeModel> {
+        &self.model
+    }
+
+    /// Vertices in the template pose (m): the pelvis joint above the origin, the feet at y = 0.
+    pub fn rest_vertices(&self) -> &[Vec3] {
+        &self.rest_vertices
+    }
+
+    /// Joint of each part in the template pose (m).
+    pub fn rest_joints(&self) -> &[Vec3; Part::COUNT] {
+        &self.rest_joints
+    }
+
+    /// The pose that reproduces [`Self::rest_vertices`].
+    pub fn template_pose(&self) -> Pose {
+        Pose::template(self.rest_joints[Part::Pelvis.index()])
+    }
+
+    /// Joint of each part (m) in a pose, by the kinematic tree.
+    pub fn joints(&self, pose: &Pose) -> [Vec3; Part::COUNT] {
+        pose.joints(&self.rest_joints)
+    }
+
+    /// Writes the vertices (m) in a pose: the mesh that fits `R D Q` best, its pelvis joint at `pose.root_translation`.
+    pub fn pose(&self, pose: &Pose, out: &mut Vec<Vec3>) {
+        let data = &self.model.data;
+        let quaternions = pose.world_quaternions();
+        let matrices = quaternions.map(Mat3::from_quat);
+        let features = pose_features(pose);
+        let gradients: Vec<Mat3> = self
+            .gradients
+            .iter()
+            .enumerate()
+            .map(|(face, shape)| {
+                let rotation = data.blend.rotation(face, &quaternions, &matrices);
+                match data.pose_deformation.matrix(face, &features) {
+                    Some(pose_deformation) => rotation * (*shape * pose_deformation),
+                    None => rotation * *shape,
+                }
+            })
+            .collect();
+        self.model.reconstruct(&gradients, out);
+        let pelvis = self.model.pelvis_anchor(out) - matrices[Part::Pelvis.index()] * self.anchor_from_pelvis;
+        let offset = pose.root_translation - pelvis;
+        for vertex in out {
+            *vertex += offset;
+        }
+    }
+}
