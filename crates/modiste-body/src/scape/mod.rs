@@ -11,15 +11,9 @@
 
 mod blend;
 mod body;
-pub mod evaluate;
-mod file;
 mod model;
 mod pose_deformation;
 mod shape_gradient;
-mod skin;
-pub mod train;
-mod training_poses;
 
 pub use body::Body;
 pub use model::ScapeModel;
-pub use skin::{SkinWeights, pose_by_skin};
