@@ -1,5 +1,6 @@
 //! Meshes, numerics, queries and the CPU rasteriser. No files, no command line.
 
+mod bvh;
 mod components;
 mod curvature;
 mod deformation;
@@ -16,7 +17,9 @@ pub mod shapes;
 mod sparse_cholesky;
 mod sparse_matrix;
 mod topology;
+mod triangle;
 
+pub use bvh::{RayHit, SurfacePoint, TriangleBvh, triangles_cross, winding_number_exact};
 pub use components::{boundary_loops, connected_components};
 pub use curvature::mean_curvature;
 pub use deformation::{GradientReconstruction, deformation_gradients};
@@ -35,6 +38,10 @@ pub use rng::{Rng, below, normal, seeded_rng, shuffle, uniform};
 pub use sparse_cholesky::SparseCholesky;
 pub use sparse_matrix::SparseMatrix;
 pub use topology::{Adjacency, Edge, Topology, TopologyError};
+pub use triangle::{
+    closest_point_on_segment, closest_point_on_triangle, closest_points_of_segments, line_triangle,
+    segment_crosses_triangle, solid_angle_fraction,
+};
 
 /// Keeps `faer` on the calling thread: the programs run one job per core, and sums must not depend on thread counts.
 fn sequential() {

@@ -1,0 +1,171 @@
+//! The nearest point of the surface.
+
+use super::{ChildKind, Node, STACK, TriangleBvh, WIDTH};
+use crate::{Vec3, closest_point_on_triangle};
+
+/// A point of a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// The face it lies on.
+    pub face: u32,
+    /// Its coordinates on the face; they sum to 1.
+    pub barycentric: [f64; 3],
+    /// Where it is (m).
+    pub point: Vec3,
+    /// How far it is from the query point (m).
+    pub distance: f64,
+}
+
+/// The best face so far, in leaf order.
+struct Best {
+    distance_squared: f64,
+    index: usize,
+    barycentric: [f64; 3],
+    point: Vec3,
+}
+
+impl TriangleBvh {
+    /// The point of the surface nearest to `p`, if it is no further than `max_distance` (m).
+    pub fn closest_point(&self, x: &[Vec3], p: Vec3, max_distance: f64) -> Option<SurfacePoint> {
+        let mut best = Best {
+            // The bound itself counts as found.
+            distance_squared: (max_distance * max_distance).next_up(),
+            index: usize::MAX,
+            barycentric: [0.0; 3],
+            point: p,
+        };
+        if p.is_finite() {
+            self.search(x, p, &mut best);
+        }
+        (best.index != usize::MAX).then(|| SurfacePoint {
+            face: self.faces[best.index],
+            barycentric: best.barycentric,
+            point: best.point,
+            distance: best.distance_squared.sqrt(),
+        })
+    }
+
+    fn search(&self, x: &[Vec3], p: Vec3, best: &mut Best) {
+        let rounding = self.rounding(p);
+        let limit = |distance_squared: f64| {
+            let reach = distance_squared.sqrt() + rounding;
+            ((reach * reach) as f32).next_up()
+        };
+        let query = [p.x as f32, p.y as f32, p.z as f32];
+        let mut bound = limit(best.distance_squared);
+        let mut stack = [(0u32, 0.0f32); STACK];
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let (index, node_distance) = stack[depth];
+            if node_distance > bound {
+                continue;
+            }
+            let node = &self.nodes[index as usize];
+            let distances = squared_distances(node, query);
+            let first_waiting = depth;
+            for slot in 0..WIDTH {
+                if distances[slot] > bound {
+                    continue;
+                }
+                match node.children[slot].kind() {
+                    ChildKind::Empty => {}
+                    ChildKind::Node(child) => {
+                        // Insertion keeps the nearest child on top of the stack.
+                        let mut at = depth;
+                        while at > first_waiting && stack[at - 1].1 < distances[slot] {
+                            stack[at] = stack[at - 1];
+                            at -= 1;
+                        }
+                        stack[at] = (child as u32, distances[slot]);
+                        depth += 1;
+                    }
+                    ChildKind::Leaf(first, count) => {
+                        for index in first..first + count {
+                            let (point, barycentric) = closest_point_on_triangle(p, self.triangle(index, x));
+                            let distance_squared = point.distance_squared(p);
+                            if distance_squared < best.distance_squared {
+                                *best = Best { distance_squared, index, barycentric, point };
+                                bound = limit(distance_squared);
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Squared distance of a point from the box of each child (m²); infinite for no child.
+#[inline(always)]
+fn squared_distances(node: &Node, p: [f32; 3]) -> [f32; WIDTH] {
+    let mut sum = [0.0f32; WIDTH];
+    for axis in 0..3 {
+        for slot in 0..WIDTH {
+            let below = node.low[axis][slot] - p[axis];
+            let above = p[axis] - node.high[axis][slot];
+            let outside = below.max(above).max(0.0);
+            sum[slot] += outside * outside;
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::shapes::{icosphere, torus};
+    use crate::{Mesh, TriangleBvh, Vec3, closest_point_on_triangle, corners, normal, seeded_rng};
+
+    fn brute_force(mesh: &Mesh, x: &[Vec3], p: Vec3) -> f64 {
+        let distance = |&face: &[u32; 3]| closest_point_on_triangle(p, corners(face, x)).0.distance(p);
+        mesh.topology.faces().iter().map(distance).fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn tree_and_brute_force_agree_also_after_motion() {
+        let mut rng = seeded_rng(7);
+        for mesh in [icosphere(3), torus(0.8, 0.3, 40, 20)] {
+            let mut tree = TriangleBvh::new(&mesh.topology, &mesh.vertices);
+            let mut x = mesh.vertices.clone();
+            for _ in 0..2 {
+                for _ in 0..300 {
+                    let p = Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
+                    let truth = brute_force(&mesh, &x, p);
+                    let found = tree.closest_point(&x, p, f64::INFINITY).unwrap();
+                    assert!((found.distance - truth).abs() < 1e-12);
+                    let on_face = corners(mesh.topology.faces()[found.face as usize], &x);
+                    let rebuilt: Vec3 = (0..3).map(|i| found.barycentric[i] * on_face[i]).sum();
+                    assert!(rebuilt.distance(found.point) < 1e-12);
+                    assert!((found.point.distance(p) - found.distance).abs() < 1e-12);
+                    assert_eq!(tree.closest_point(&x, p, truth * 1.001).is_some(), true);
+                    assert_eq!(tree.closest_point(&x, p, truth * 0.999), None);
+                }
+                for p in &mut x {
+                    *p = Vec3::new(p.x + 0.3 * p.y.sin(), 1.5 * p.y, p.z - 0.2) * 0.7;
+                }
+                tree.refit(&x);
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_on_the_surface_is_at_distance_zero() {
+        let mesh = icosphere(2);
+        let tree = TriangleBvh::new(&mesh.topology, &mesh.vertices);
+        for &p in &mesh.vertices {
+            assert!(tree.closest_point(&mesh.vertices, p, 0.0).unwrap().distance < 1e-15);
+        }
+    }
+
+    #[test]
+    fn far_and_bad_points_are_handled() {
+        let mesh = icosphere(2);
+        let tree = TriangleBvh::new(&mesh.topology, &mesh.vertices);
+        let far = Vec3::new(1e6, 2e6, -1e6);
+        let found = tree.closest_point(&mesh.vertices, far, f64::INFINITY).unwrap();
+        assert!((found.distance - brute_force(&mesh, &mesh.vertices, far)).abs() < 1e-9);
+        assert_eq!(tree.closest_point(&mesh.vertices, Vec3::splat(f64::NAN), 1.0), None);
+        let empty = TriangleBvh::of_faces(&mesh.topology, &mesh.vertices, &[]);
+        assert_eq!(empty.closest_point(&mesh.vertices, Vec3::ZERO, f64::INFINITY), None);
+    }
+}

@@ -1,0 +1,166 @@
+//! Generalised winding numbers: how often a surface, closed or nearly, goes around a point.
+
+use super::{ChildKind, STACK, TriangleBvh, WIDTH};
+use crate::mesh::double_area_vector;
+use crate::triangle::solid_angle_fraction;
+use crate::{Topology, Vec3};
+
+/// A group of faces further away than this many of its radii counts as one dipole. Barill et al. use 2; at 3 the error
+/// on closed meshes stays below about 1e-3.
+const FAR: f64 = 3.0;
+
+/// A group of faces seen from afar (Barill, Dickson, Schmidt, Levin, Jacobson 2018, eq. 13, first term).
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Dipole {
+    /// Area-weighted mean of the centroids (m).
+    centre: Vec3,
+    /// Sum of the area vectors (m²).
+    area_vector: Vec3,
+    /// Sum of the areas (m²).
+    area: f64,
+    /// Distance from the centre within which all corners lie (m).
+    radius: f64,
+}
+
+impl Dipole {
+    pub(super) fn of_triangles(corners: &[[u32; 3]], x: &[Vec3]) -> Self {
+        let mut dipole = Self::default();
+        for triangle in corners {
+            let triangle = triangle.map(|vertex| x[vertex as usize]);
+            let area_vector = 0.5 * double_area_vector(triangle);
+            let area = area_vector.length();
+            dipole.area_vector += area_vector;
+            dipole.area += area;
+            dipole.centre += area / 3.0 * triangle.iter().sum::<Vec3>();
+        }
+        if dipole.area <= 0.0 {
+            return Self::default();
+        }
+        dipole.centre /= dipole.area;
+        let distances = corners.iter().flatten().map(|&vertex| x[vertex as usize].distance_squared(dipole.centre));
+        dipole.radius = distances.fold(0.0, f64::max).sqrt();
+        dipole
+    }
+
+    /// The group of all faces of some groups. Those without area do not count.
+    pub(super) fn joined(parts: &[Self]) -> Self {
+        let area: f64 = parts.iter().map(|part| part.area).sum();
+        if area <= 0.0 {
+            return Self::default();
+        }
+        let centre = parts.iter().map(|part| part.area * part.centre).sum::<Vec3>() / area;
+        let with_area = parts.iter().filter(|part| part.area > 0.0);
+        Self {
+            centre,
+            area_vector: parts.iter().map(|part| part.area_vector).sum(),
+            area,
+            radius: with_area.map(|part| part.centre.distance(centre) + part.radius).fold(0.0, f64::max),
+        }
+    }
+
+    /// Its part of the winding number at `p`, if `p` is far enough away.
+    #[inline(always)]
+    fn fraction(&self, p: Vec3) -> Option<f64> {
+        let away = self.centre - p;
+        let distance_squared = away.length_squared();
+        (distance_squared > FAR * FAR * self.radius * self.radius && distance_squared > 0.0).then(|| {
+            self.area_vector.dot(away) / (distance_squared * distance_squared.sqrt() * 2.0 * std::f64::consts::TAU)
+        })
+    }
+}
+
+impl TriangleBvh {
+    /// The generalised winding number of the surface around `p`: 1 inside, 0 outside, a fraction near holes.
+    ///
+    /// Groups of faces far away count as dipoles; the error is below about 1e-3. See [`winding_number_exact`].
+    pub fn winding_number(&self, x: &[Vec3], p: Vec3) -> f64 {
+        let mut sum = 0.0;
+        let mut stack = [0u32; STACK];
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let index = stack[depth] as usize;
+            for slot in 0..WIDTH {
+                let kind = self.nodes[index].children[slot].kind();
+                if matches!(kind, ChildKind::Empty) {
+                    continue;
+                }
+                if let Some(fraction) = self.dipoles[index][slot].fraction(p) {
+                    sum += fraction;
+                    continue;
+                }
+                match kind {
+                    ChildKind::Empty => {}
+                    ChildKind::Node(child) => {
+                        stack[depth] = child as u32;
+                        depth += 1;
+                    }
+                    ChildKind::Leaf(first, count) => {
+                        for index in first..first + count {
+                            sum += solid_angle_fraction(p, self.triangle(index, x));
+                        }
+                    }
+                }
+            }
+        }
+        sum
+    }
+
+    /// Whether `p` lies inside the surface: its winding number is above one half.
+    pub fn contains(&self, x: &[Vec3], p: Vec3) -> bool {
+        self.winding_number(x, p) > 0.5
+    }
+}
+
+/// The generalised winding number by its definition, the sum of all solid angles over 4π (Jacobson et al. 2013, eq. 5).
+pub fn winding_number_exact(topology: &Topology, x: &[Vec3], p: Vec3) -> f64 {
+    topology.faces().iter().map(|face| solid_angle_fraction(p, face.map(|vertex| x[vertex as usize]))).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::winding_number_exact;
+    use crate::shapes::{grid, icosphere, torus};
+    use crate::{TriangleBvh, Vec3, normal, seeded_rng};
+
+    #[test]
+    fn tree_and_sum_agree() {
+        let mut rng = seeded_rng(4);
+        for mesh in [icosphere(4), torus(0.8, 0.3, 60, 30), grid(20, 20)] {
+            let tree = TriangleBvh::new(&mesh.topology, &mesh.vertices);
+            let mut worst = 0.0f64;
+            for _ in 0..500 {
+                let p = Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
+                let exact = winding_number_exact(&mesh.topology, &mesh.vertices, p);
+                worst = worst.max((tree.winding_number(&mesh.vertices, p) - exact).abs());
+            }
+            assert!(worst < 5e-3, "{worst}");
+        }
+    }
+
+    #[test]
+    fn a_closed_surface_is_one_inside_and_zero_outside() {
+        let mesh = torus(0.8, 0.3, 40, 20);
+        let tree = TriangleBvh::new(&mesh.topology, &mesh.vertices);
+        let mut rng = seeded_rng(5);
+        for _ in 0..1000 {
+            let p = 0.7 * Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
+            let to_tube = (p.x.hypot(p.z) - 0.8).hypot(p.y);
+            if (to_tube - 0.3).abs() > 0.01 {
+                let exact = winding_number_exact(&mesh.topology, &mesh.vertices, p);
+                assert!((exact - f64::from(u8::from(to_tube < 0.3))).abs() < 1e-12);
+                assert_eq!(tree.contains(&mesh.vertices, p), to_tube < 0.3);
+            }
+        }
+    }
+
+    #[test]
+    fn a_square_seen_from_above_is_a_known_solid_angle() {
+        // A square of side 2h seen from distance h above its centre fills a sixth of the sphere.
+        let mesh = grid(4, 4);
+        let above = winding_number_exact(&mesh.topology, &mesh.vertices, Vec3::new(0.5, 0.5, 0.5));
+        assert!((above + 1.0 / 6.0).abs() < 1e-12);
+        let tree = TriangleBvh::new(&mesh.topology, &mesh.vertices);
+        assert!((tree.winding_number(&mesh.vertices, Vec3::new(0.5, 0.5, -0.5)) - 1.0 / 6.0).abs() < 1e-3);
+    }
+}
