@@ -1,1 +1,3 @@
-//! modiste-cloth
+//! Sewing patterns, their meshing, placing and stitching, and cloth physics.
+
+pub mod pattern;

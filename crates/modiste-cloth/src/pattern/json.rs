@@ -1,0 +1,441 @@
+//! Patterns as JSON: GarmentCode's specification with the sizes, part labels and anchors of ours beside it.
+//!
+//! The `pattern` and `properties` members are GarmentCode's, holding the template size, so its tools read our files;
+//! the `modiste` member adds the grading: for each panel the vertices and curves in every size.
+
+use std::collections::BTreeMap;
+
+use modiste_body::Part;
+use modiste_core::Vec2;
+use serde::{Deserialize, Serialize};
+
+use super::{Anchors, Curve, EdgeId, FitRule, GradedPattern, LowerPart, Outline, Panel, PatternFault, Size, Stitch, Wrap};
+
+/// Version of the `modiste` member.
+const SCHEMA: &str = "modiste-pattern-1";
+
+/// Decimals kept of every number, in the file's own unit.
+const DECIMALS: f64 = 1e6;
+
+/// Why a pattern file was refused.
+#[derive(Debug, thiserror::Error)]
+pub enum PatternError {
+    /// Not JSON, or without the members of a pattern.
+    #[error("{name}: not a sewing pattern: {source}")]
+    Json {
+        /// Name of the pattern or file.
+        name: String,
+        /// What the parser met.
+        source: serde_json::Error,
+    },
+    /// A member holds what it must not.
+    #[error("{name}: {field} should be {wanted}, found {found}")]
+    Field {
+        /// Name of the pattern or file.
+        name: String,
+        /// The member.
+        field: String,
+        /// What was wanted.
+        wanted: String,
+        /// What was found.
+        found: String,
+    },
+    /// The outlines, seams or anchors do not fit together.
+    #[error("{name}: {source}")]
+    Fault {
+        /// Name of the pattern or file.
+        name: String,
+        /// What does not fit.
+        source: PatternFault,
+    },
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct File {
+    pattern: Garment,
+    properties: Properties,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    modiste: Option<Extension>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Garment {
+    panels: BTreeMap<String, FlatPanel>,
+    stitches: Vec<[EdgeName; 2]>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct FlatPanel {
+    translation: [f64; 3],
+    rotation: [f64; 3],
+    vertices: Vec<[f64; 2]>,
+    edges: Vec<FlatEdge>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct FlatEdge {
+    endpoints: [usize; 2],
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    curvature: Option<Curvature>,
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    label: String,
+}
+
+/// A bare pair is the older way to write a quadratic.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(untagged)]
+enum Curvature {
+    Pair([f64; 2]),
+    Quadratic { r#type: QuadraticTag, params: [[f64; 2]; 1] },
+    Cubic { r#type: CubicTag, params: [[f64; 2]; 2] },
+    Circle { r#type: CircleTag, params: [f64; 3] },
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum QuadraticTag {
+    Quadratic,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum CubicTag {
+    Cubic,
+}
+
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum CircleTag {
+    Circle,
+}
+
+#[derive(Debug, Clone, Serialize, Deserialize)]
+struct EdgeName {
+    panel: String,
+    edge: usize,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Properties {
+    curvature_coords: String,
+    units_in_meter: f64,
+    #[serde(default)]
+    normalize_panel_translation: bool,
+    #[serde(default)]
+    normalized_edge_loops: bool,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct Extension {
+    schema: String,
+    garment: String,
+    gender: String,
+    material: String,
+    licence: String,
+    fit: FitRule,
+    template_size: usize,
+    sizes: Vec<Size>,
+    panels: Vec<GradedPanel>,
+    waist_band: Vec<EdgeName>,
+    anchors: Vec<AnchorName>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct GradedPanel {
+    name: String,
+    wrap: Wrap,
+    part: Part,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    lower_part: Option<LowerPart>,
+    grading: Vec<Grade>,
+}
+
+/// One size of one panel, in the file's unit: corners, and the curve parameters of the edges that have any.
+#[derive(Debug, Serialize, Deserialize)]
+struct Grade {
+    vertices: Vec<[f64; 2]>,
+    curvature: Vec<Option<Curvature>>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct AnchorName {
+    panel: String,
+    edge: usize,
+    count: usize,
+}
+
+impl GradedPattern {
+    /// Reads and checks a pattern; `name` stands in the messages.
+    ///
+    /// A plain GarmentCode file has no grading and is refused here: what Modiste sews knows its sizes and parts.
+    ///
+    /// # Errors
+    /// [`PatternError`] with the member at fault.
+    pub fn from_json(name: &str, text: &str) -> Result<Self, PatternError> {
+        let file: File =
+            serde_json::from_str(text).map_err(|source| PatternError::Json { name: name.to_owned(), source })?;
+        let field = |field: &str, wanted: &str, found: &str| PatternError::Field {
+            name: name.to_owned(),
+            field: field.to_owned(),
+            wanted: wanted.to_owned(),
+            found: found.to_owned(),
+        };
+        let Some(extension) = file.modiste else {
+            return Err(field("modiste", "the grading of the panels", "nothing"));
+        };
+        if extension.schema != SCHEMA {
+            return Err(field("modiste.schema", SCHEMA, &extension.schema));
+        }
+        if file.properties.curvature_coords != "relative" {
+            return Err(field("properties.curvature_coords", "relative", &file.properties.curvature_coords));
+        }
+        let units = file.properties.units_in_meter;
+        if !(units.is_finite() && units > 0.0) {
+            return Err(field("properties.units_in_meter", "a positive number", &units.to_string()));
+        }
+        if extension.template_size >= extension.sizes.len() {
+            let wanted = format!("below {}", extension.sizes.len());
+            return Err(field("modiste.template_size", &wanted, &extension.template_size.to_string()));
+        }
+        let names: Vec<String> = extension.panels.iter().map(|p| p.name.clone()).collect();
+        let edge_id = |panel: &str, edge: usize| match names.iter().position(|n| n == panel) {
+            Some(panel) => Ok(EdgeId { panel, edge }),
+            None => Err(field("panel of a stitch, waist band or anchor", "one of the panels", panel)),
+        };
+        let mut panels = Vec::with_capacity(extension.panels.len());
+        for graded in extension.panels {
+            let Some(flat) = file.pattern.panels.get(&graded.name) else {
+                return Err(field("modiste.panels", "a panel of the pattern", &graded.name));
+            };
+            panels.push(panel_from(flat, graded, units));
+        }
+        let mut stitches = Vec::with_capacity(file.pattern.stitches.len());
+        for [a, b] in &file.pattern.stitches {
+            stitches.push(Stitch { sides: [edge_id(&a.panel, a.edge)?, edge_id(&b.panel, b.edge)?] });
+        }
+        let waist_band = extension.waist_band.iter().map(|e| edge_id(&e.panel, e.edge)).collect::<Result<_, _>>()?;
+        let anchors = extension
+            .anchors
+            .iter()
+            .map(|a| Ok(Anchors { edge: edge_id(&a.panel, a.edge)?, count: a.count }))
+            .collect::<Result<_, PatternError>>()?;
+        let pattern = Self {
+            garment: extension.garment,
+            gender: extension.gender,
+            material: extension.material,
+            sizes: extension.sizes,
+            template_size: extension.template_size,
+            fit: extension.fit,
+            panels,
+            stitches,
+            waist_band,
+            anchors,
+        };
+        match pattern.check() {
+            Ok(()) => Ok(pattern),
+            Err(source) => Err(PatternError::Fault { name: name.to_owned(), source }),
+        }
+    }
+
+    /// Writes the pattern in centimetres.
+    ///
+    /// # Panics
+    /// Never: every member is plain data.
+    pub fn to_json(&self) -> String {
+        let units = 100.0;
+        let edge_name = |id: EdgeId| EdgeName { panel: self.panels[id.panel].name.clone(), edge: id.edge };
+        let grade = |outline: &Outline| Grade {
+            vertices: outline.vertices.iter().map(|v| [rounded(v.x * units), rounded(v.y * units)]).collect(),
+            curvature: outline.curves.iter().map(|c| curvature_of(*c, units)).collect(),
+        };
+        let file = File {
+            pattern: Garment {
+                panels: self.panels.iter().map(|p| (p.name.clone(), self.flat_panel(p, units))).collect(),
+                stitches: self.stitches.iter().map(|s| s.sides.map(edge_name)).collect(),
+            },
+            properties: Properties {
+                curvature_coords: "relative".to_owned(),
+                units_in_meter: units,
+                normalize_panel_translation: false,
+                normalized_edge_loops: true,
+            },
+            modiste: Some(Extension {
+                schema: SCHEMA.to_owned(),
+                garment: self.garment.clone(),
+                gender: self.gender.clone(),
+                material: self.material.clone(),
+                licence: "Apache-2.0 OR MIT".to_owned(),
+                fit: self.fit,
+                template_size: self.template_size,
+                sizes: self.sizes.iter().map(rounded_size).collect(),
+                panels: self
+                    .panels
+                    .iter()
+                    .map(|p| GradedPanel {
+                        name: p.name.clone(),
+                        wrap: p.wrap,
+                        part: p.part,
+                        lower_part: p.lower_part.clone(),
+                        grading: p.outlines.iter().map(grade).collect(),
+                    })
+                    .collect(),
+                waist_band: self.waist_band.iter().map(|&id| edge_name(id)).collect(),
+                anchors: self
+                    .anchors
+                    .iter()
+                    .map(|a| {
+                        let EdgeName { panel, edge } = edge_name(a.edge);
+                        AnchorName { panel, edge, count: a.count }
+                    })
+                    .collect(),
+            }),
+        };
+        match serde_json::to_string_pretty(&file) {
+            Ok(text) => number_rows_on_one_line(&text),
+            Err(error) => unreachable!("plain data serialises: {error}"),
+        }
+    }
+
+    fn flat_panel(&self, panel: &Panel, units: f64) -> FlatPanel {
+        let outline = &panel.outlines[self.template_size];
+        let count = outline.vertices.len();
+        FlatPanel {
+            translation: flat_translation(panel.wrap).map(|t| t * units),
+            rotation: [0.0; 3],
+            vertices: outline.vertices.iter().map(|v| [rounded(v.x * units), rounded(v.y * units)]).collect(),
+            edges: (0..count)
+                .map(|edge| FlatEdge {
+                    endpoints: [edge, (edge + 1) % count],
+                    curvature: curvature_of(outline.curves[edge], units),
+                    label: panel.edge_labels[edge].clone(),
+                })
+                .collect(),
+        }
+    }
+}
+
+/// Where a panel lies flat in front of, behind or beside an average body (m), for programs without our wrapping.
+fn flat_translation(wrap: Wrap) -> [f64; 3] {
+    match wrap {
+        Wrap::TorsoFront => [0.0, 1.40, 0.30],
+        Wrap::TorsoBack => [0.0, 1.40, -0.25],
+        Wrap::LeftArm => [0.45, 1.35, 0.0],
+        Wrap::RightArm => [-0.45, 1.35, 0.0],
+        Wrap::LeftLegFront => [0.02, 0.78, 0.25],
+        Wrap::LeftLegBack => [0.02, 0.78, -0.25],
+        Wrap::RightLegFront => [-0.02, 0.78, 0.25],
+        Wrap::RightLegBack => [-0.02, 0.78, -0.25],
+    }
+}
+
+fn panel_from(flat: &FlatPanel, graded: GradedPanel, units: f64) -> Panel {
+    let outlines = graded
+        .grading
+        .iter()
+        .map(|grade| Outline {
+            vertices: grade.vertices.iter().map(|&[x, y]| Vec2::new(x, y) / units).collect(),
+            curves: grade.curvature.iter().map(|c| curve_from(c.as_ref(), units)).collect(),
+        })
+        .collect();
+    Panel {
+        name: graded.name,
+        edge_labels: flat.edges.iter().map(|e| e.label.clone()).collect(),
+        outlines,
+        wrap: graded.wrap,
+        part: graded.part,
+        lower_part: graded.lower_part,
+    }
+}
+
+fn curve_from(curvature: Option<&Curvature>, units: f64) -> Curve {
+    let point = |[x, y]: [f64; 2]| Vec2::new(x, y);
+    match curvature {
+        None => Curve::Line,
+        Some(Curvature::Pair(c) | Curvature::Quadratic { params: [c], .. }) => Curve::Quadratic(point(*c)),
+        Some(Curvature::Cubic { params: [c1, c2], .. }) => Curve::Cubic(point(*c1), point(*c2)),
+        Some(Curvature::Circle { params: [radius, large, counter_clockwise], .. }) => {
+            Curve::Arc { radius: radius / units, large: *large > 0.5, counter_clockwise: *counter_clockwise > 0.5 }
+        }
+    }
+}
+
+fn curvature_of(curve: Curve, units: f64) -> Option<Curvature> {
+    let pair = |v: Vec2| [rounded(v.x), rounded(v.y)];
+    match curve {
+        Curve::Line => None,
+        Curve::Quadratic(c) => Some(Curvature::Quadratic { r#type: QuadraticTag::Quadratic, params: [pair(c)] }),
+        Curve::Cubic(c1, c2) => Some(Curvature::Cubic { r#type: CubicTag::Cubic, params: [pair(c1), pair(c2)] }),
+        Curve::Arc { radius, large, counter_clockwise } => Some(Curvature::Circle {
+            r#type: CircleTag::Circle,
+            params: [rounded(radius * units), f64::from(u8::from(large)), f64::from(u8::from(counter_clockwise))],
+        }),
+    }
+}
+
+fn rounded_size(size: &Size) -> Size {
+    Size {
+        name: size.name.clone(),
+        chest_girth: rounded(size.chest_girth),
+        waist_girth: rounded(size.waist_girth),
+        hip_girth: rounded(size.hip_girth),
+    }
+}
+
+fn rounded(x: f64) -> f64 {
+    // Adding zero turns -0 into 0.
+    (x * DECIMALS).round() / DECIMALS + 0.0
+}
+
+/// Puts each innermost array of an indented JSON text on one line.
+fn number_rows_on_one_line(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(open) = rest.find('[') {
+        let (before, from) = rest.split_at(open);
+        out.push_str(before);
+        let end = from.find(']').map_or(from.len(), |i| i + 1);
+        if from[1..end].contains(['[', '{', '"']) {
+            out.push('[');
+            rest = &from[1..];
+        } else {
+            out.extend(from[..end].split_whitespace());
+            rest = &from[end..];
+        }
+    }
+    out.push_str(rest);
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::pattern::{GradedPattern, PatternError, draft_shorts};
+    use modiste_body::Gender;
+
+    #[test]
+    fn patterns_round_trip() {
+        let pattern = draft_shorts(Gender::Female);
+        let again = GradedPattern::from_json("shorts", &pattern.to_json()).unwrap();
+        assert_eq!(again.stitches, pattern.stitches);
+        assert_eq!(again.waist_band, pattern.waist_band);
+        for (a, b) in again.panels.iter().zip(&pattern.panels) {
+            assert_eq!((&a.name, &a.edge_labels, a.wrap, &a.lower_part), (&b.name, &b.edge_labels, b.wrap, &b.lower_part));
+            for (p, q) in a.outlines.iter().zip(&b.outlines) {
+                assert!(p.vertices.iter().zip(&q.vertices).all(|(v, w)| v.distance(*w) < 1e-7));
+                assert!((p.edge_length(1) - q.edge_length(1)).abs() < 1e-7);
+            }
+        }
+    }
+
+    #[test]
+    fn damaged_files_are_named() {
+        let text = draft_shorts(Gender::Female).to_json();
+        let broken = GradedPattern::from_json("x", &text[..text.len() / 2]).unwrap_err();
+        assert!(matches!(broken, PatternError::Json { .. }));
+        let other = text.replace("modiste-pattern-1", "modiste-pattern-9");
+        let message = GradedPattern::from_json("x", &other).unwrap_err().to_string();
+        assert!(message.contains("modiste.schema") && message.contains("modiste-pattern-9"), "{message}");
+        let unsewable = text.replacen("\"panel\": \"left_back\"", "\"panel\": \"left_wing\"", 1);
+        let message = GradedPattern::from_json("x", &unsewable).unwrap_err().to_string();
+        assert!(message.contains("left_wing"), "{message}");
+    }
+}
