@@ -4,15 +4,38 @@
 //! whatever their name. Bad input of any kind is an [`IoError`] that names the file, the place in it, what was wanted
 //! and what was found. Every writer writes beside the file and renames, so nothing half-written is left behind.
 
+pub mod ansur;
+pub mod bvh;
 mod error;
+pub mod fabric;
 mod file;
+#[cfg(test)]
+mod fuzz;
 mod hash;
+pub mod json;
+pub mod makehuman;
+pub mod model;
 mod npy;
 pub mod npz;
+pub mod obj;
+mod text;
 
+pub use bvh::{BvhClip, BvhJoint, Channel};
 pub use error::IoError;
 pub use file::{
     FileWriter, create_folder, exists, file_size, list_folder, read_bytes, read_text, remove_file, unpacked,
     write_atomically, write_bytes,
 };
 pub use hash::hash;
+
+/// A folder of the shared data beside the repository, for tests; says so and gives `None` where it is absent.
+#[cfg(test)]
+pub(crate) fn shared_data(folder: &str) -> Option<std::path::PathBuf> {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data").join(folder);
+    let path = path.is_dir().then_some(path);
+    if path.is_none() {
+        use std::io::Write;
+        drop(writeln!(std::io::stderr(), "skipped: there is no ../shared/data/{folder}"));
+    }
+    path
+}
