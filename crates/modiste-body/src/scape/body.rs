@@ -106,3 +106,70 @@ impl Body {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use modiste_core::{Quat, Vec3, centroid};
+
+    use crate::scape::synthetic;
+    use crate::{BodyError, Part, Pose};
+
+    #[test]
+    fn zero_shape_in_zero_pose_is_the_template() {
+        let model = synthetic::model();
+        let body = model.body(&[]).unwrap();
+        let mut posed = Vec::new();
+        body.pose(&body.template_pose(), &mut posed);
+        for ((x, rest), template) in posed.iter().zip(body.rest_vertices()).zip(model.template()) {
+            assert!(x.distance(*rest) < 1e-9);
+            assert!(rest.distance(*template) < 1e-5, "{rest} {template}");
+        }
+    }
+
+    #[test]
+    fn turning_the_root_turns_the_mesh() {
+        let body = synthetic::model().body(&[1.0, -0.5]).unwrap();
+        let mut pose = body.template_pose();
+        pose.rotations[Part::LeftForearm.index()] = Vec3::new(0.2, -0.9, 0.1);
+        let turn = Quat::from_scaled_axis(Vec3::new(0.4, 2.0, -0.3));
+        let mut turned = Pose { root_translation: Vec3::new(3.0, 1.0, -2.0), ..pose.clone() };
+        turned.set_rotation(Part::Pelvis, turn);
+        let (mut before, mut after) = (Vec::new(), Vec::new());
+        body.pose(&pose, &mut before);
+        body.pose(&turned, &mut after);
+        for (x, y) in before.iter().zip(&after) {
+            let wanted = turn * (*x - pose.root_translation) + turned.root_translation;
+            assert!(wanted.distance(*y) < 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_shape_directions_are_the_derivative_of_the_body() {
+        let model = synthetic::model();
+        let (zero, bent) = (model.body(&[]).unwrap(), model.body(&[0.7, -1.1]).unwrap());
+        let (from, to) = (centroid(zero.rest_vertices()), centroid(bent.rest_vertices()));
+        for v in 0..zero.rest_vertices().len() {
+            let linear = zero.rest_vertices()[v] - from + model.shape_directions()[0][v] * 0.7 - model.shape_directions()[1][v] * 1.1;
+            assert!(linear.distance(bent.rest_vertices()[v] - to) < 1e-5);
+        }
+    }
+
+    #[test]
+    fn joints_come_out_of_the_vertices() {
+        let body = synthetic::model().body(&[]).unwrap();
+        let length = body.rest_vertices().iter().map(|x| x.x).fold(f64::NEG_INFINITY, f64::max);
+        let joints = synthetic::joints_of(length);
+        let offset = body.rest_joints()[0] - joints[0];
+        for part in Part::ALL {
+            assert!(body.rest_joints()[part.index()].distance(joints[part.index()] + offset) < 5e-3, "{part:?}");
+        }
+    }
+
+    #[test]
+    fn impossible_shapes_are_refused() {
+        let model = synthetic::model();
+        assert!(matches!(model.body(&[0.0; 99]), Err(BodyError::Size { .. })));
+        assert!(matches!(model.body(&[0.0, f64::NAN]), Err(BodyError::Value { .. })));
+        assert!(matches!(model.body(&[1e9]), Err(BodyError::Value { .. })));
+    }
+}

@@ -11,9 +11,19 @@
 
 mod blend;
 mod body;
+pub mod evaluate;
+mod file;
+mod joints;
 mod model;
 mod pose_deformation;
 mod shape_gradient;
+mod skin;
+#[cfg(test)]
+pub(crate) mod synthetic;
+pub mod train;
+mod training_poses;
 
 pub use body::Body;
+pub use file::Provenance;
 pub use model::ScapeModel;
+pub use skin::{Skin, SkinWeights};

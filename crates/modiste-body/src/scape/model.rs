@@ -15,7 +15,7 @@ pub struct ScapeModel {
     pub(crate) data: ModelData,
     pub(crate) topology: Arc<Topology>,
     reconstruction: GradientReconstruction,
-    /// The largest rotation weight of each face's corners decides its part; the same for vertices.
+    /// Change of the vertices per standard deviation of each coefficient.
     shape_directions: Vec<Vec<Vec3>>,
 }
 
@@ -142,7 +142,9 @@ impl ScapeModel {
 
 /// Weighted mean of some vertices (m).
 pub(crate) fn weighted_mean(weights: &[(u32, f32)], vertices: &[Vec3]) -> Vec3 {
-    weights.iter().map(|&(vertex, weight)| vertices[vertex as usize] * f64::from(weight)).sum()
+    // The stored weights sum to one but for their rounding; dividing keeps the mean exact under translation.
+    let total: f64 = weights.iter().map(|&(_, weight)| f64::from(weight)).sum();
+    weights.iter().map(|&(vertex, weight)| vertices[vertex as usize] * f64::from(weight)).sum::<Vec3>() / total
 }
 
 impl ModelData {

@@ -1,0 +1,119 @@
+//! How well a SCAPE model describes bodies and poses that it was not trained on.
+
+use modiste_core::{Mat3, Pca, Vec3, centroid};
+
+use super::model::ScapeModel;
+use super::skin::Skin;
+use super::train::shape_numbers;
+use crate::{BodyError, Pose};
+
+/// Distances between vertices (mm).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct VertexError {
+    /// Mean over vertices and meshes.
+    pub mean: f64,
+    /// 95th percentile over the same.
+    pub p95: f64,
+    /// The largest.
+    pub largest: f64,
+}
+
+impl VertexError {
+    /// From distances (m).
+    pub fn from_distances(mut distances: Vec<f64>) -> Self {
+        if distances.is_empty() {
+            return Self::default();
+        }
+        distances.sort_by(f64::total_cmp);
+        let last = distances.len() - 1;
+        let mean = distances.iter().sum::<f64>() / distances.len() as f64;
+        Self { mean: 1e3 * mean, p95: 1e3 * distances[last * 95 / 100], largest: 1e3 * distances[last] }
+    }
+}
+
+/// Error (mm) of held-out bodies in the template pose, rebuilt from the first 1, 2, … coefficients of `space`.
+///
+/// The coefficients come from the body's D alone; the rebuilt mesh is moved so that the centroids agree.
+///
+/// # Errors
+/// A body with another number of vertices than the model.
+pub fn shape_errors(model: &ScapeModel, space: &Pca, held_out: &[Vec<Vec3>]) -> Result<Vec<VertexError>, BodyError> {
+    let topology = model.topology();
+    let width = space.dimensions();
+    let to_gradients = |numbers: &[f32]| -> Vec<Mat3> {
+        numbers.chunks_exact(9).map(|d| Mat3::from_cols_array(&std::array::from_fn(|i| f64::from(d[i])))).collect()
+    };
+    let mut mean = Vec::new();
+    model.reconstruct(&to_gradients(&space.mean), &mut mean);
+    let directions: Vec<Vec<Vec3>> = (0..space.count())
+        .map(|k| {
+            let mut direction = Vec::new();
+            model.reconstruct(&to_gradients(&space.basis[k * width..(k + 1) * width]), &mut direction);
+            direction
+        })
+        .collect();
+    let mut distances = vec![Vec::with_capacity(held_out.len() * mean.len()); space.count()];
+    for body in held_out {
+        if body.len() != mean.len() {
+            return Err(BodyError::Size { what: "vertices of a held-out body", wanted: mean.len().to_string(), found: body.len() });
+        }
+        let centre = centroid(body);
+        let coefficients = space.project(&shape_numbers(topology, model.template(), body));
+        let mut rebuilt = mean.clone();
+        for (k, direction) in directions.iter().enumerate() {
+            for ((x, d), truth) in rebuilt.iter_mut().zip(direction).zip(body) {
+                *x += *d * coefficients[k];
+                distances[k].push(x.distance(*truth - centre));
+            }
+        }
+    }
+    Ok(distances.into_iter().map(VertexError::from_distances).collect())
+}
+
+/// Error (mm) of the mean body in poses that Q was not learned from, against the skin that it was learned from.
+///
+/// # Errors
+/// Does not fail for a model and a skin of the same mesh.
+pub fn pose_errors(model: &std::sync::Arc<ScapeModel>, skin: &Skin, held_out: &[Pose]) -> Result<Vec<VertexError>, BodyError> {
+    let body = model.body(&[])?;
+    let mut found = Vec::new();
+    Ok(held_out
+        .iter()
+        .map(|pose| {
+            body.pose(pose, &mut found);
+            let truth = skin.pose(pose);
+            VertexError::from_distances(found.iter().zip(&truth).map(|(x, y)| x.distance(*y)).collect())
+        })
+        .collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use modiste_core::{Silent, seeded_rng};
+
+    use super::{pose_errors, shape_errors};
+    use crate::scape::synthetic;
+    use crate::scape::train::{TrainOptions, train};
+    use crate::scape::training_poses::sample_poses;
+
+    #[test]
+    fn more_coefficients_and_blended_rotations_help() {
+        let bodies = synthetic::bodies();
+        let options = TrainOptions { shape_count: 3, pose_count: 40, ..TrainOptions::default() };
+        let blended = train(&bodies, &options, &Silent).unwrap();
+        let unseen = [synthetic::tube(0.045, 1.27), synthetic::tube(0.057, 1.13)];
+        let errors = shape_errors(&blended.model, &blended.shape_space, &unseen).unwrap();
+        assert!(errors[0].mean > errors[1].mean);
+        assert!(errors[1].mean < 1.0, "two numbers make a tube: {:?}", errors[1]);
+
+        let plain = train(&bodies, &TrainOptions { blend_rotations: false, ..options.clone() }, &Silent).unwrap();
+        let rotation_only = train(&bodies, &TrainOptions { learn_pose_deformation: false, ..options }, &Silent).unwrap();
+        let poses = sample_poses(&synthetic::joints(), 10, &mut seeded_rng(99));
+        let mean = |trained: &crate::scape::train::Trained| {
+            let errors = pose_errors(&trained.model, &trained.skin, &poses).unwrap();
+            errors.iter().map(|error| error.mean).sum::<f64>() / errors.len() as f64
+        };
+        let (blended, plain, rotation_only) = (mean(&blended), mean(&plain), mean(&rotation_only));
+        assert!(blended < plain && blended < rotation_only, "{blended} {plain} {rotation_only}");
+    }
+}
