@@ -47,8 +47,10 @@ pub fn remove_spikes(motion: &mut Motion, max_speed: f64, longest: f64) -> Vec<S
                 continue;
             }
             let last = (frame + 1 + window).min(rotations.len() - 1);
-            let back = (frame + 2..=last)
-                .find(|&j| angle_between(rotations[frame], rotations[j]) <= limit.max(0.35 * angle) && settled(&rotations, j, limit));
+            let back = (frame + 2..=last).find(|&j| {
+                angle_between(rotations[frame], rotations[j]) <= limit.max(0.35 * angle)
+                    && settled(&rotations, j, limit)
+            });
             if let Some(back) = back {
                 let (from, to) = (rotations[frame], rotations[back]);
                 for between in frame + 1..back {
@@ -231,7 +233,8 @@ mod tests {
         let mut spin = Motion { fps: 120.0, frames };
         low_pass(&mut spin, 6.0);
         for frame in 0..119 {
-            let step = angle_between(spin.frames[frame].rotation(Part::Pelvis), spin.frames[frame + 1].rotation(Part::Pelvis));
+            let step =
+                angle_between(spin.frames[frame].rotation(Part::Pelvis), spin.frames[frame + 1].rotation(Part::Pelvis));
             assert!((step - 0.1).abs() < 1e-6, "frame {frame}: {step}");
         }
     }
@@ -251,9 +254,10 @@ mod tests {
         assert_eq!((steps[0].part, steps[0].frame), (Part::RightThigh, 99));
         assert!((steps[0].angle - 3.0).abs() < 1e-9);
         soften_steps(&mut motion, &steps, 0.25);
-        let speed = motion.frames.windows(2).map(|pair| {
-            angle_between(pair[0].rotation(Part::RightThigh), pair[1].rotation(Part::RightThigh))
-        });
+        let speed = motion
+            .frames
+            .windows(2)
+            .map(|pair| angle_between(pair[0].rotation(Part::RightThigh), pair[1].rotation(Part::RightThigh)));
         assert!(speed.fold(0.0, f64::max) < 0.1);
     }
 

@@ -19,7 +19,8 @@ pub(crate) struct RotationBlend {
 impl RotationBlend {
     /// Keeps the strongest parts of each face; weights below `threshold` are dropped.
     pub(crate) fn from_face_weights(face_weights: &[[f64; Part::COUNT]], threshold: f64) -> Self {
-        let mut blend = Self { parts: Vec::with_capacity(face_weights.len()), weights: Vec::with_capacity(face_weights.len()) };
+        let mut blend =
+            Self { parts: Vec::with_capacity(face_weights.len()), weights: Vec::with_capacity(face_weights.len()) };
         for weights in face_weights {
             let mut order: Vec<usize> = (0..Part::COUNT).collect();
             order.sort_by(|&a, &b| weights[b].total_cmp(&weights[a]).then(a.cmp(&b)));
@@ -41,14 +42,22 @@ impl RotationBlend {
     pub(crate) fn rigid(face_parts: &[Part]) -> Self {
         let mut weights = [0.0; BLEND_COUNT];
         weights[0] = 1.0;
-        Self { parts: face_parts.iter().map(|part| [part.index() as u8; BLEND_COUNT]).collect(), weights: vec![weights; face_parts.len()] }
+        Self {
+            parts: face_parts.iter().map(|part| [part.index() as u8; BLEND_COUNT]).collect(),
+            weights: vec![weights; face_parts.len()],
+        }
     }
 
     /// The rotation of one face.
     ///
     /// Weighted mean of the parts' quaternions, each in the hemisphere of the strongest, normalised. Neighbouring parts
     /// are less than a half turn apart, so this stays within a few degrees of the geodesic mean.
-    pub(crate) fn rotation(&self, face: usize, quaternions: &[Quat; Part::COUNT], matrices: &[Mat3; Part::COUNT]) -> Mat3 {
+    pub(crate) fn rotation(
+        &self,
+        face: usize,
+        quaternions: &[Quat; Part::COUNT],
+        matrices: &[Mat3; Part::COUNT],
+    ) -> Mat3 {
         let (parts, weights) = (self.parts[face], self.weights[face]);
         if weights[0] >= 1.0 {
             return matrices[parts[0] as usize];

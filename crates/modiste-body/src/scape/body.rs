@@ -149,7 +149,8 @@ mod tests {
         let (zero, bent) = (model.body(&[]).unwrap(), model.body(&[0.7, -1.1]).unwrap());
         let (from, to) = (centroid(zero.rest_vertices()), centroid(bent.rest_vertices()));
         for v in 0..zero.rest_vertices().len() {
-            let linear = zero.rest_vertices()[v] - from + model.shape_directions()[0][v] * 0.7 - model.shape_directions()[1][v] * 1.1;
+            let linear = zero.rest_vertices()[v] - from + model.shape_directions()[0][v] * 0.7
+                - model.shape_directions()[1][v] * 1.1;
             assert!(linear.distance(bent.rest_vertices()[v] - to) < 1e-5);
         }
     }

@@ -55,7 +55,11 @@ pub fn shape_errors(model: &ScapeModel, space: &Pca, held_out: &[Vec<Vec3>]) -> 
     let mut distances = vec![Vec::with_capacity(held_out.len() * mean.len()); space.count()];
     for body in held_out {
         if body.len() != mean.len() {
-            return Err(BodyError::Size { what: "vertices of a held-out body", wanted: mean.len().to_string(), found: body.len() });
+            return Err(BodyError::Size {
+                what: "vertices of a held-out body",
+                wanted: mean.len().to_string(),
+                found: body.len(),
+            });
         }
         let centre = centroid(body);
         let coefficients = space.project(&shape_numbers(topology, model.template(), body));
@@ -74,7 +78,11 @@ pub fn shape_errors(model: &ScapeModel, space: &Pca, held_out: &[Vec<Vec3>]) -> 
 ///
 /// # Errors
 /// Does not fail for a model and a skin of the same mesh.
-pub fn pose_errors(model: &std::sync::Arc<ScapeModel>, skin: &Skin, held_out: &[Pose]) -> Result<Vec<VertexError>, BodyError> {
+pub fn pose_errors(
+    model: &std::sync::Arc<ScapeModel>,
+    skin: &Skin,
+    held_out: &[Pose],
+) -> Result<Vec<VertexError>, BodyError> {
     let body = model.body(&[])?;
     let mut found = Vec::new();
     Ok(held_out
@@ -107,7 +115,8 @@ mod tests {
         assert!(errors[1].mean < 1.0, "two numbers make a tube: {:?}", errors[1]);
 
         let plain = train(&bodies, &TrainOptions { blend_rotations: false, ..options.clone() }, &Silent).unwrap();
-        let rotation_only = train(&bodies, &TrainOptions { learn_pose_deformation: false, ..options }, &Silent).unwrap();
+        let rotation_only =
+            train(&bodies, &TrainOptions { learn_pose_deformation: false, ..options }, &Silent).unwrap();
         let poses = sample_poses(&synthetic::joints(), 10, &mut seeded_rng(99));
         let mean = |trained: &crate::scape::train::Trained| {
             let errors = pose_errors(&trained.model, &trained.skin, &poses).unwrap();

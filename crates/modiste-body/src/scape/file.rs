@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use modiste_core::{QuantisedBasis, Vec3};
-use modiste_io::model::{Header, ModelFile, SCHEMA, Writer};
+use modiste_io::model::{Header, ModelFile, Writer};
 
 use super::ScapeModel;
 use super::blend::{BLEND_COUNT, RotationBlend};
@@ -107,7 +107,7 @@ impl ScapeModel {
             ("pelvis_anchor", data.pelvis_anchor.len()),
         ];
         let mut writer = Writer::new(Header {
-            schema: SCHEMA,
+            schema: modiste_io::model::SCHEMA,
             kind: KIND.to_owned(),
             units: "m; shape coefficients in standard deviations".to_owned(),
             dimensions: dimensions.map(|(name, size)| (name.to_owned(), size)).into(),
@@ -145,7 +145,9 @@ fn arrays<T: Copy, const N: usize>(flat: &[T]) -> Vec<[T; N]> {
 }
 
 fn parts(indices: &[u8]) -> Result<Vec<Part>, BodyError> {
-    let part = |&index: &u8| Part::from_index(index.into()).ok_or_else(|| BodyError::Model(format!("there is no part {index}")));
+    let part = |&index: &u8| {
+        Part::from_index(index.into()).ok_or_else(|| BodyError::Model(format!("there is no part {index}")))
+    };
     indices.iter().map(part).collect()
 }
 
@@ -164,7 +166,8 @@ fn read_weights(file: &ModelFile, name: &str, count: usize) -> Result<Vec<(u32, 
 fn read_joints(file: &ModelFile) -> Result<Vec<Vec<(u32, f32)>>, BodyError> {
     let counts = file.u32("joint_counts", &[Part::COUNT])?;
     let mut rest = read_weights(file, "joint", file.dimension("joint_weights")?)?.into_iter();
-    let joints: Vec<Vec<(u32, f32)>> = counts.iter().map(|&count| rest.by_ref().take(count as usize).collect()).collect();
+    let joints: Vec<Vec<(u32, f32)>> =
+        counts.iter().map(|&count| rest.by_ref().take(count as usize).collect()).collect();
     if joints.iter().zip(&counts).any(|(joint, &count)| joint.len() != count as usize) || rest.next().is_some() {
         return Err(BodyError::Model("the joints' vertices do not add up".to_owned()));
     }

@@ -22,7 +22,10 @@ pub(crate) fn fit_joint_regressor(
     template_joints: &[Vec3; Part::COUNT],
     skin_weights: &SkinWeights,
 ) -> Result<Vec<Vec<(u32, f32)>>, SolveError> {
-    Part::ALL.into_iter().map(|part| fit_one(part, bodies, joints, &nearby(part, template_joints[part.index()], template, skin_weights))).collect()
+    Part::ALL
+        .into_iter()
+        .map(|part| fit_one(part, bodies, joints, &nearby(part, template_joints[part.index()], template, skin_weights)))
+        .collect()
 }
 
 /// Vertices around a joint: moved by its part or parent (by any part if there are none), and not much further away than
@@ -40,12 +43,18 @@ fn nearby(part: Part, joint: Vec3, template: &[Vec3], skin_weights: &SkinWeights
         .collect();
     around.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     let reach = around.first().map_or(0.0, |nearest| (1.6 * nearest.0).max(0.04));
-    let within: Vec<u32> = around.iter().filter(|(distance, _)| *distance <= reach).map(|&(_, vertex)| vertex).collect();
+    let within: Vec<u32> =
+        around.iter().filter(|(distance, _)| *distance <= reach).map(|&(_, vertex)| vertex).collect();
     let step = within.len().div_ceil(MOST_VERTICES).max(1);
     within.into_iter().step_by(step).collect()
 }
 
-fn fit_one(part: Part, bodies: &[Vec<Vec3>], joints: &[[Vec3; Part::COUNT]], vertices: &[u32]) -> Result<Vec<(u32, f32)>, SolveError> {
+fn fit_one(
+    part: Part,
+    bodies: &[Vec<Vec3>],
+    joints: &[[Vec3; Part::COUNT]],
+    vertices: &[u32],
+) -> Result<Vec<(u32, f32)>, SolveError> {
     let count = vertices.len();
     let mean_of = |body: &[Vec3]| vertices.iter().map(|&v| body[v as usize]).sum::<Vec3>() / count as f64;
     let rows = 3 * bodies.len();
@@ -54,7 +63,8 @@ fn fit_one(part: Part, bodies: &[Vec<Vec3>], joints: &[[Vec3; Part::COUNT]], ver
     let x = Matrix::from_fn(rows, count, |row, column| offset(row, bodies[row / 3][vertices[column] as usize]));
     let y = Matrix::from_fn(rows, 1, |row, _| offset(row, joints[row / 3][part.index()]));
     let spread = x.frobenius_norm().powi(2) / count as f64;
-    let solution = ridge(&x, &y, RIDGE * spread)?;
+    // One vertex is its own mean: there is nothing to learn, and any positive weight says so.
+    let solution = ridge(&x, &y, (RIDGE * spread).max(f64::MIN_POSITIVE.sqrt()))?;
     let rest = (1.0 - (0..count).map(|i| solution[(i, 0)]).sum::<f64>()) / count as f64;
     Ok(vertices.iter().enumerate().map(|(i, &vertex)| (vertex, (solution[(i, 0)] + rest) as f32)).collect())
 }

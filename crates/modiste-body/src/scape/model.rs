@@ -101,7 +101,10 @@ impl ScapeModel {
     pub(crate) fn shape_gradients(&self, shape: &[f64]) -> Vec<Mat3> {
         let mut numbers = vec![0.0; self.data.shape_mean.len()];
         self.data.shape_basis.expand(&self.data.shape_mean, shape, &mut numbers);
-        numbers.chunks_exact(9).map(|chunk| Mat3::from_cols_array(&std::array::from_fn(|i| f64::from(chunk[i])))).collect()
+        numbers
+            .chunks_exact(9)
+            .map(|chunk| Mat3::from_cols_array(&std::array::from_fn(|i| f64::from(chunk[i]))))
+            .collect()
     }
 
     /// The mesh that fits the gradients best (m), centroid at the origin.
@@ -168,7 +171,12 @@ impl ModelData {
         if self.blend.parts.iter().flatten().any(|&part| usize::from(part) >= Part::COUNT) {
             return problem("a face follows a part that does not exist");
         }
-        if self.blend.weights.iter().any(|weights| !((weights.iter().sum::<f32>() - 1.0).abs() < 1e-3 && weights[0] > 0.0)) {
+        if self
+            .blend
+            .weights
+            .iter()
+            .any(|weights| !((weights.iter().sum::<f32>() - 1.0).abs() < 1e-3 && weights[0] > 0.0))
+        {
             return problem("the rotation weights of a face do not sum to one");
         }
         for weights in self.joints.iter().chain([&self.pelvis_anchor]) {

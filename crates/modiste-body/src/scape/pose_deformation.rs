@@ -227,7 +227,8 @@ mod tests {
             let features = pose_features(pose)[Part::LeftForearm.index()];
             let mut q = Mat3::IDENTITY;
             for k in 0..FEATURES {
-                q += Mat3::from_cols(Vec3::X * 0.1, Vec3::Y * (k as f64 * 0.2), Vec3::ONE * 0.05) * f64::from(features[k]);
+                q += Mat3::from_cols(Vec3::X * 0.1, Vec3::Y * (k as f64 * 0.2), Vec3::ONE * 0.05)
+                    * f64::from(features[k]);
             }
             q
         };

@@ -30,7 +30,12 @@ pub struct Skin {
 
 impl Skin {
     /// A skin from a body in the template pose (m), its joints (m) and its weights.
-    pub fn new(topology: Arc<Topology>, vertices: Vec<Vec3>, joints: [Vec3; Part::COUNT], weights: SkinWeights) -> Self {
+    pub fn new(
+        topology: Arc<Topology>,
+        vertices: Vec<Vec3>,
+        joints: [Vec3; Part::COUNT],
+        weights: SkinWeights,
+    ) -> Self {
         let smooth = smoothed(&topology, &vertices);
         let frames = frames(&topology, &smooth);
         let details = (0..vertices.len()).map(|v| frames[v].transpose() * (vertices[v] - smooth[v])).collect();
@@ -44,7 +49,8 @@ impl Skin {
         let translations: [Vec3; Part::COUNT] = std::array::from_fn(|p| joints[p] - rotations[p] * self.joints[p]);
         let blended: Vec<Vec3> = (self.vertices.iter().zip(&self.weights))
             .map(|(&x, weights)| {
-                0.5 * (linear_blend(x, weights, &rotations, &translations) + dual_blend(x, weights, &rotations, &translations))
+                0.5 * (linear_blend(x, weights, &rotations, &translations)
+                    + dual_blend(x, weights, &rotations, &translations))
             })
             .collect();
         let smooth = smoothed(&self.topology, &blended);

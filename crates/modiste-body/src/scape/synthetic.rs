@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use modiste_core::{Topology, Vec3};
 
 use super::skin::{Skin, SkinWeights};
-use super::train::{TrainingBodies, TrainOptions, train};
+use super::train::{TrainOptions, TrainingBodies, train};
 use crate::{Gender, Part, ScapeModel};
 
 const RINGS: usize = 60;
@@ -58,13 +58,22 @@ fn start(part: Part) -> f64 {
         Part::LeftUpperArm => 4.0 / 7.0,
         Part::LeftForearm => 5.0 / 7.0,
         Part::LeftHand => 6.0 / 7.0,
-        Part::Neck | Part::Head | Part::RightShoulder | Part::RightUpperArm | Part::RightForearm | Part::RightHand => 3.0 / 7.0,
+        Part::Neck | Part::Head | Part::RightShoulder | Part::RightUpperArm | Part::RightForearm | Part::RightHand => {
+            3.0 / 7.0
+        }
         _ => 0.0,
     }
 }
 
-const CHAIN: [Part; 7] =
-    [Part::Pelvis, Part::Abdomen, Part::Chest, Part::LeftShoulder, Part::LeftUpperArm, Part::LeftForearm, Part::LeftHand];
+const CHAIN: [Part; 7] = [
+    Part::Pelvis,
+    Part::Abdomen,
+    Part::Chest,
+    Part::LeftShoulder,
+    Part::LeftUpperArm,
+    Part::LeftForearm,
+    Part::LeftHand,
+];
 
 pub(crate) fn joints_of(length: f64) -> [Vec3; Part::COUNT] {
     let mut joints = [Vec3::ZERO; Part::COUNT];
@@ -105,9 +114,8 @@ pub(crate) fn skin() -> Skin {
 
 /// Twelve tubes of different length and thickness.
 pub(crate) fn bodies() -> TrainingBodies {
-    let sizes: Vec<(f64, f64)> = (0..12)
-        .map(|i| (0.05 + 0.01 * (f64::from(i) * 1.9).sin(), 1.2 + 0.1 * (f64::from(i) * 0.7).cos()))
-        .collect();
+    let sizes: Vec<(f64, f64)> =
+        (0..12).map(|i| (0.05 + 0.01 * (f64::from(i) * 1.9).sin(), 1.2 + 0.1 * (f64::from(i) * 0.7).cos())).collect();
     TrainingBodies {
         gender: Gender::Female,
         topology: topology(),

@@ -129,7 +129,11 @@ fn check(bodies: &TrainingBodies) -> Result<(), BodyError> {
         if wanted == found { Ok(()) } else { Err(BodyError::Size { what, wanted: wanted.to_string(), found }) }
     };
     if bodies.vertices.len() < 2 {
-        return Err(BodyError::Size { what: "bodies to learn from", wanted: "at least 2".to_owned(), found: bodies.vertices.len() });
+        return Err(BodyError::Size {
+            what: "bodies to learn from",
+            wanted: "at least 2".to_owned(),
+            found: bodies.vertices.len(),
+        });
     }
     size("joints of the bodies", bodies.vertices.len(), bodies.joints.len())?;
     size("skin weights", bodies.topology.vertex_count(), bodies.skin_weights.len())?;
@@ -175,7 +179,9 @@ fn face_part_weights(topology: &Topology, skin_weights: &SkinWeights) -> Vec<[f6
 }
 
 fn largest_part(weights: &[f64; Part::COUNT]) -> Part {
-    Part::ALL.into_iter().fold(Part::Pelvis, |best, part| if weights[part.index()] > weights[best.index()] { part } else { best })
+    Part::ALL
+        .into_iter()
+        .fold(Part::Pelvis, |best, part| if weights[part.index()] > weights[best.index()] { part } else { best })
 }
 
 /// D of every body relative to the template, one row of nine numbers per face.
@@ -186,7 +192,12 @@ pub(crate) fn shape_numbers(topology: &Topology, template: &[Vec3], body: &[Vec3
 
 /// PCA of D in which every triangle counts by its area, so that the finely meshed face and fingers do not dominate.
 /// Each component's sign is chosen such that more of it means more volume.
-fn fit_shape_space(bodies: &TrainingBodies, template: &[Vec3], count: usize, progress: &dyn Progress) -> Result<Pca, BodyError> {
+fn fit_shape_space(
+    bodies: &TrainingBodies,
+    template: &[Vec3],
+    count: usize,
+    progress: &dyn Progress,
+) -> Result<Pca, BodyError> {
     let topology = &bodies.topology;
     let mut samples = Vec::with_capacity(bodies.vertices.len());
     for (done, body) in bodies.vertices.iter().enumerate() {
@@ -252,7 +263,8 @@ fn fit_pose_deformation(
 
 /// The vertices that move with the pelvis alone, in equal shares: their mean carries the pelvis joint in every pose.
 fn pelvis_anchor(skin_weights: &SkinWeights) -> Vec<(u32, f32)> {
-    let weight = |weights: &[(Part, f64)]| weights.iter().filter(|(part, _)| *part == Part::Pelvis).map(|(_, w)| w).sum::<f64>();
+    let weight =
+        |weights: &[(Part, f64)]| weights.iter().filter(|(part, _)| *part == Part::Pelvis).map(|(_, w)| w).sum::<f64>();
     let largest = skin_weights.iter().map(|weights| weight(weights)).fold(0.0, f64::max);
     let rigid: Vec<u32> = (0u32..)
         .zip(skin_weights)

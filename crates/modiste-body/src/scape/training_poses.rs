@@ -40,14 +40,18 @@ fn is_right(part: Part) -> bool {
 fn rotation(part: Part, angles: [f64; 3], limb: Vec3) -> Quat {
     let [a, b, c] = angles;
     match part {
-        Part::LeftShoulder | Part::RightShoulder => Quat::from_rotation_y(b) * Quat::from_rotation_z(a) * Quat::from_rotation_x(c),
+        Part::LeftShoulder | Part::RightShoulder => {
+            Quat::from_rotation_y(b) * Quat::from_rotation_z(a) * Quat::from_rotation_x(c)
+        }
         Part::LeftUpperArm | Part::RightUpperArm => {
             Quat::from_rotation_y(b) * Quat::from_rotation_z(a) * Quat::from_axis_angle(limb, c)
         }
         Part::LeftForearm | Part::RightForearm | Part::LeftHand | Part::RightHand => {
             // The hinge that turns the limb forwards, square to it.
             let hinge = (limb.cross(Vec3::Z)).normalize_or(Vec3::NEG_Y);
-            Quat::from_axis_angle(hinge, a) * Quat::from_axis_angle(limb.cross(hinge), c) * Quat::from_axis_angle(limb, b)
+            Quat::from_axis_angle(hinge, a)
+                * Quat::from_axis_angle(limb.cross(hinge), c)
+                * Quat::from_axis_angle(limb, b)
         }
         _ => Quat::from_rotation_z(c) * Quat::from_rotation_x(a) * Quat::from_rotation_y(b),
     }
