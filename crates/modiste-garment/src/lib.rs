@@ -1,1 +1,11 @@
-//! modiste-garment
+//! Learned clothing: DRAPE and the fit to the body.
+//!
+//! `drape` learns a garment from simulated examples and makes it for any body shape and motion; `refine` pushes it out of
+//! the body and of the garments below it. No physics runs here.
+
+pub mod drape;
+mod error;
+pub mod refine;
+
+pub use drape::{DrapeModel, Garment, Synthesis, TrainOptions, TrainingSet, Wrinkles};
+pub use error::GarmentError;

@@ -1,0 +1,173 @@
+//! Second-order dynamics of the wrinkles (DRAPE eq. 5).
+
+use modiste_body::Pose;
+use modiste_core::{Matrix, largest_eigenvalue_magnitude};
+
+use super::features::PoseInputs;
+use crate::GarmentError;
+
+/// Wrinkle coefficients from the pose and from the last two frames:
+/// `ψ^f = m + M1 θ_c^f + M2 ψ^{f-1} + M3 ψ^{f-2} + M4 z^{f,f-2} + M5 z^{f-1,f-2}` (DRAPE eq. 5).
+///
+/// The constant `m` is not in the paper. Without it ψ would be forced to 0, the mean wrinkles of the training motions,
+/// at θ_c = 0, the template pose, which is not the mean pose of a motion.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dynamics {
+    pub(crate) inputs: PoseInputs,
+    /// Rows 1, θ_c, ψ^{f-1}, ψ^{f-2}, z^{f,f-2}, z^{f-1,f-2}; one column per ψ.
+    pub(crate) coefficients: Matrix,
+    /// Rows 1, θ_c; one column per ψ: the model of order zero, "without dynamics".
+    pub(crate) static_coefficients: Matrix,
+}
+
+/// What the dynamics remember of the last two frames.
+#[derive(Debug, Clone)]
+pub struct DynamicsState {
+    wrinkles: [Vec<f64>; 2],
+    poses: Option<[Pose; 2]>,
+    row: Vec<f64>,
+    scratch: Vec<f64>,
+}
+
+/// Where the blocks of a row of regressors begin.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RowLayout {
+    pub(crate) pose: usize,
+    pub(crate) history: usize,
+    pub(crate) change: usize,
+    pub(crate) end: usize,
+    wrinkle_count: usize,
+    change_count: usize,
+}
+
+impl RowLayout {
+    pub(crate) fn new(inputs: &PoseInputs, wrinkle_count: usize) -> Self {
+        let history = 1 + inputs.pose_count();
+        let change = history + 2 * wrinkle_count;
+        let end = change + 2 * inputs.change_count();
+        Self { pose: 1, history, change, end, wrinkle_count, change_count: inputs.change_count() }
+    }
+}
+
+/// Writes one row of regressors; `poses` and `wrinkles` are those of the frame before and of the one before that.
+pub(crate) fn fill_row(
+    inputs: &PoseInputs,
+    layout: RowLayout,
+    pose: &Pose,
+    poses: [&Pose; 2],
+    wrinkles: [&[f64]; 2],
+    scratch: &mut [f64],
+    row: &mut [f64],
+) {
+    row[0] = 1.0;
+    inputs.pose(pose, &mut row[layout.pose..layout.history]);
+    let (first, second) = row[layout.history..layout.change].split_at_mut(layout.wrinkle_count);
+    first.copy_from_slice(wrinkles[0]);
+    second.copy_from_slice(wrinkles[1]);
+    let (first, second) = row[layout.change..].split_at_mut(layout.change_count);
+    inputs.change(pose, poses[1], scratch, first);
+    inputs.change(poses[0], poses[1], scratch, second);
+}
+
+/// `out = rowᵀ coefficients`.
+pub(crate) fn apply_row(coefficients: &Matrix, row: &[f64], out: &mut [f64]) {
+    out.fill(0.0);
+    for (index, &value) in row.iter().enumerate() {
+        for (out, coefficient) in out.iter_mut().zip(coefficients.row(index)) {
+            *out += value * coefficient;
+        }
+    }
+}
+
+impl Dynamics {
+    /// Number of wrinkle coefficients ψ.
+    pub fn wrinkle_count(&self) -> usize {
+        self.coefficients.cols
+    }
+
+    /// The inputs from the pose.
+    pub fn inputs(&self) -> &PoseInputs {
+        &self.inputs
+    }
+
+    pub(crate) fn layout(&self) -> RowLayout {
+        RowLayout::new(&self.inputs, self.wrinkle_count())
+    }
+
+    /// The matrices m, M1 … M5 of eq. 5, in this order, each transposed: one column per ψ.
+    pub fn matrices(&self) -> [Matrix; 6] {
+        let layout = self.layout();
+        let n = self.wrinkle_count();
+        let starts =
+            [0, layout.pose, layout.history, layout.history + n, layout.change, layout.change + layout.change_count];
+        let ends = [starts[1], starts[2], starts[3], starts[4], starts[5], layout.end];
+        std::array::from_fn(|block| {
+            Matrix::from_fn(ends[block] - starts[block], n, |row, column| self.coefficients[(starts[block] + row, column)])
+        })
+    }
+
+    /// The largest magnitude among the eigenvalues of `[[M2, M3], [1, 0]]`: below 1 the wrinkles settle when the body does.
+    ///
+    /// # Errors
+    /// An iteration that does not converge.
+    pub fn spectral_radius(&self) -> Result<f64, GarmentError> {
+        spectral_radius(&self.coefficients, self.layout())
+    }
+
+    /// A state without memory: the first step gives the wrinkles of the model of order zero.
+    pub fn start(&self) -> DynamicsState {
+        DynamicsState {
+            wrinkles: [vec![0.0; self.wrinkle_count()], vec![0.0; self.wrinkle_count()]],
+            poses: None,
+            row: vec![0.0; self.layout().end],
+            scratch: vec![0.0; self.inputs.pose_count()],
+        }
+    }
+
+    /// The wrinkles of the next frame (eq. 5); nothing is allocated.
+    pub fn step<'s>(&self, state: &'s mut DynamicsState, pose: &Pose) -> &'s [f64] {
+        let DynamicsState { wrinkles: [newer, older], poses, row, scratch } = state;
+        match poses {
+            Some([before, before_that]) => {
+                fill_row(&self.inputs, self.layout(), pose, [before, before_that], [newer, older], scratch, row);
+                std::mem::swap(newer, older);
+                apply_row(&self.coefficients, row, newer);
+                std::mem::swap(before, before_that);
+                before.clone_from(pose);
+            }
+            None => {
+                self.static_into(pose, row, newer);
+                older.copy_from_slice(newer);
+                *poses = Some([pose.clone(), pose.clone()]);
+            }
+        }
+        newer
+    }
+
+    /// The wrinkles of the model of order zero, which knows the pose alone; nothing is allocated.
+    pub fn step_static<'s>(&self, state: &'s mut DynamicsState, pose: &Pose) -> &'s [f64] {
+        let DynamicsState { wrinkles: [wrinkles, _], row, .. } = state;
+        self.static_into(pose, row, wrinkles);
+        wrinkles
+    }
+
+    fn static_into(&self, pose: &Pose, row: &mut [f64], out: &mut [f64]) {
+        let row = &mut row[..self.static_coefficients.rows];
+        row[0] = 1.0;
+        self.inputs.pose(pose, &mut row[1..]);
+        apply_row(&self.static_coefficients, row, out);
+    }
+}
+
+/// Spectral radius of the companion matrix of the history blocks.
+pub(crate) fn spectral_radius(coefficients: &Matrix, layout: RowLayout) -> Result<f64, GarmentError> {
+    let n = layout.wrinkle_count;
+    let companion = Matrix::from_fn(2 * n, 2 * n, |row, column| {
+        if row < n {
+            coefficients[(layout.history + column, row)]
+        } else {
+            f64::from(u8::from(row - n == column))
+        }
+    });
+    largest_eigenvalue_magnitude(&companion).map_err(GarmentError::solve("stability of the dynamics"))
+}

@@ -1,0 +1,480 @@
+//! Learning the dynamics of the wrinkles (DRAPE eq. 6), and seeing to it that they are stable.
+
+use modiste_body::{Motion, Part, Pose};
+use modiste_core::{Matrix, solve_spd};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::dynamics::{Dynamics, RowLayout, apply_row, fill_row, spectral_radius};
+use super::features::{InputOptions, PoseInputs};
+use crate::GarmentError;
+
+/// How the dynamics are learned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DynamicsOptions {
+    /// Inputs from the pose.
+    pub inputs: InputOptions,
+    /// Weights of |M|² to choose from, relative to the number of frames and for regressors of unit variance. Pose and
+    /// history have a weight each; the pair with the least error on held-out sequences, run freely, wins.
+    pub ridges: Vec<f64>,
+    /// Number of groups of sequences that are held out in turn to choose the weights.
+    pub folds: usize,
+    /// Times that the model is run freely over its training motions and learned again with its own past added to the
+    /// true one, so that it learns to return from its own errors. 0 is the paper.
+    pub rehearsals: usize,
+    /// Largest spectral radius of the history that is accepted; above it M2 and M3 are scaled (see [`learn`]).
+    pub max_spectral_radius: f64,
+}
+
+impl Default for DynamicsOptions {
+    fn default() -> Self {
+        Self {
+            inputs: InputOptions::default(),
+            ridges: vec![1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0],
+            folds: 4,
+            rehearsals: 1,
+            max_spectral_radius: 0.98,
+        }
+    }
+}
+
+/// What was found out while learning the dynamics.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DynamicsTraining {
+    /// Chosen weight for the pose and its change.
+    pub pose_ridge: f64,
+    /// Chosen weight for the history.
+    pub history_ridge: f64,
+    /// Chosen weight of the model of order zero.
+    pub static_ridge: f64,
+    /// Part of the variance of ψ on held-out frames that a free run misses, with the chosen weights.
+    pub held_out_error: f64,
+    /// The same for the model of order zero.
+    pub static_held_out_error: f64,
+    /// Spectral radius of the history before any scaling.
+    pub learned_spectral_radius: f64,
+    /// Spectral radius of the history as it is used.
+    pub spectral_radius: f64,
+}
+
+/// A run of poses with the wrinkles of its frames.
+#[derive(Clone, Copy)]
+struct Example<'a> {
+    poses: &'a [Pose],
+    wrinkles: &'a [Vec<f64>],
+}
+
+/// Sums over regressors and targets: xᵀx and xᵀy.
+#[derive(Clone)]
+struct Normal {
+    gram: Matrix,
+    cross: Matrix,
+    rows: usize,
+}
+
+impl Normal {
+    fn zeros(regressors: usize, targets: usize) -> Self {
+        Self { gram: Matrix::zeros(regressors, regressors), cross: Matrix::zeros(regressors, targets), rows: 0 }
+    }
+
+    fn of(x: &[Vec<f64>], y: &[&[f64]], regressors: usize, targets: usize) -> Self {
+        if x.is_empty() {
+            return Self::zeros(regressors, targets);
+        }
+        let (x, y) = (Matrix::from_rows(x), Matrix::from_rows(y));
+        Self { gram: x.transpose_matmul(&x), cross: x.transpose_matmul(&y), rows: x.rows }
+    }
+
+    fn add(&mut self, other: &Self, sign: f64) {
+        for (to, from) in [(&mut self.gram, &other.gram), (&mut self.cross, &other.cross)] {
+            for (to, from) in to.data.iter_mut().zip(&from.data) {
+                *to += sign * from;
+            }
+        }
+        self.rows = self.rows.saturating_add_signed(sign as isize * other.rows.cast_signed());
+    }
+
+    /// Ridge regression with one weight per regressor, relative to rows and variance; the constant, row 0, is free.
+    fn solve(&self, ridge: impl Fn(usize) -> f64) -> Result<Matrix, GarmentError> {
+        let n = self.rows.max(1) as f64;
+        let mut gram = self.gram.clone();
+        for i in 0..gram.rows {
+            let mean = self.gram[(0, i)] / n;
+            let variance = (self.gram[(i, i)] / n - mean * mean).max(0.0);
+            // The floor keeps a regressor that never changes (a locked joint) at a coefficient of zero.
+            gram[(i, i)] += if i == 0 { 0.0 } else { n * (ridge(i) * variance + 1e-9) };
+        }
+        solve_spd(&gram, &self.cross).map_err(GarmentError::solve("regression of the wrinkle dynamics"))
+    }
+}
+
+/// Learns eq. 5 from motions and the wrinkles of their frames, in the same order.
+///
+/// Regressors reach back within their own sequence only. If the spectral radius ρ of the history is above the wanted
+/// limit ρ*, M2 is scaled by ρ*/ρ and M3 by its square, which scales every eigenvalue of the companion matrix by exactly
+/// ρ*/ρ, and the other matrices are learned again for the history as it now is.
+///
+/// # Errors
+/// No sequence with at least three frames, or a solve that fails.
+pub fn learn(
+    face_parts: &[Part],
+    motions: &[&Motion],
+    wrinkles: &[Vec<Vec<f64>>],
+    options: &DynamicsOptions,
+) -> Result<(Dynamics, DynamicsTraining), GarmentError> {
+    let examples = cut(motions, wrinkles, options.folds);
+    let Some(count) = examples.first().map(|example| example.wrinkles[0].len()) else {
+        return Err(GarmentError::data("pose training set", "a sequence of at least 3 frames", "none"));
+    };
+    let inputs = PoseInputs::new(face_parts, options.inputs);
+    Learner { layout: RowLayout::new(&inputs, count), inputs, count, examples, options }.learn()
+}
+
+/// The sequences of three frames and more. Where there are fewer than `folds`, each is cut into that many pieces.
+fn cut<'a>(motions: &[&'a Motion], wrinkles: &'a [Vec<Vec<f64>>], folds: usize) -> Vec<Example<'a>> {
+    let pieces = if motions.len() < folds { folds } else { 1 };
+    let whole = motions.iter().zip(wrinkles);
+    whole
+        .flat_map(|(motion, wrinkles)| {
+            let length = wrinkles.len().div_ceil(pieces).max(1);
+            motion.frames.chunks(length).zip(wrinkles.chunks(length))
+        })
+        .map(|(poses, wrinkles)| Example { poses, wrinkles })
+        .filter(|example| example.wrinkles.len() >= 3)
+        .collect()
+}
+
+struct Learner<'a> {
+    inputs: PoseInputs,
+    layout: RowLayout,
+    count: usize,
+    examples: Vec<Example<'a>>,
+    options: &'a DynamicsOptions,
+}
+
+impl Learner<'_> {
+    fn learn(&self) -> Result<(Dynamics, DynamicsTraining), GarmentError> {
+        let static_normals: Vec<Normal> = self.examples.par_iter().map(|example| self.static_normal(example)).collect();
+        let (static_ridge, static_held_out_error) = self.choose_static(&static_normals)?;
+        let static_coefficients = sum(&static_normals).solve(|_| static_ridge)?;
+
+        let normals: Vec<Normal> =
+            self.examples.par_iter().map(|example| self.normal(example, example.wrinkles)).collect();
+        let ((pose_ridge, history_ridge), held_out_error) = self.choose(&normals, &static_coefficients)?;
+        let ridge = |row: usize| if self.is_history(row) { history_ridge } else { pose_ridge };
+        let mut normal = sum(&normals);
+        let mut coefficients = normal.solve(ridge)?;
+        for _ in 0..self.options.rehearsals {
+            let dynamics = self.assemble(self.stabilise(&normal, coefficients, ridge)?.0, &static_coefficients);
+            let rehearsed: Vec<Normal> = self
+                .examples
+                .par_iter()
+                .map(|example| self.normal(example, &free_run(&dynamics, example.poses)))
+                .collect();
+            normal.add(&sum(&rehearsed), 1.0);
+            coefficients = normal.solve(ridge)?;
+        }
+        let learned_spectral_radius = spectral_radius(&coefficients, self.layout)?;
+        let (coefficients, spectral_radius) = self.stabilise(&normal, coefficients, ridge)?;
+        let training = DynamicsTraining {
+            pose_ridge,
+            history_ridge,
+            static_ridge,
+            held_out_error,
+            static_held_out_error,
+            learned_spectral_radius,
+            spectral_radius,
+        };
+        Ok((self.assemble(coefficients, &static_coefficients), training))
+    }
+
+    fn is_history(&self, row: usize) -> bool {
+        (self.layout.history..self.layout.change).contains(&row)
+    }
+
+    fn assemble(&self, coefficients: Matrix, static_coefficients: &Matrix) -> Dynamics {
+        Dynamics { inputs: self.inputs.clone(), coefficients, static_coefficients: static_coefficients.clone() }
+    }
+
+    /// Sums of one example for eq. 6, with a given past.
+    fn normal(&self, example: &Example<'_>, past: &[Vec<f64>]) -> Normal {
+        let mut scratch = vec![0.0; self.inputs.pose_count()];
+        let rows: Vec<Vec<f64>> = (2..example.poses.len())
+            .map(|frame| {
+                let mut row = vec![0.0; self.layout.end];
+                let poses = [&example.poses[frame - 1], &example.poses[frame - 2]];
+                let wrinkles = [past[frame - 1].as_slice(), past[frame - 2].as_slice()];
+                fill_row(&self.inputs, self.layout, &example.poses[frame], poses, wrinkles, &mut scratch, &mut row);
+                row
+            })
+            .collect();
+        let targets: Vec<&[f64]> = example.wrinkles[2..].iter().map(Vec::as_slice).collect();
+        Normal::of(&rows, &targets, self.layout.end, self.count)
+    }
+
+    /// Sums of one example for the model of order zero.
+    fn static_normal(&self, example: &Example<'_>) -> Normal {
+        let rows: Vec<Vec<f64>> = example.poses.iter().map(|pose| self.static_row(pose)).collect();
+        let targets: Vec<&[f64]> = example.wrinkles.iter().map(Vec::as_slice).collect();
+        Normal::of(&rows, &targets, self.layout.history, self.count)
+    }
+
+    fn static_row(&self, pose: &Pose) -> Vec<f64> {
+        let mut row = vec![1.0; self.layout.history];
+        self.inputs.pose(pose, &mut row[1..]);
+        row
+    }
+
+    fn groups(&self) -> usize {
+        self.options.folds.min(self.examples.len()).max(1)
+    }
+
+    /// Relative error of every choice of weights on held-out groups of examples.
+    fn validate<C: Copy + Sync>(
+        &self,
+        normals: &[Normal],
+        choices: &[C],
+        train: impl Fn(&Normal, C) -> Result<Matrix, GarmentError> + Sync,
+        run: impl Fn(&Matrix, &Example<'_>) -> f64 + Sync,
+    ) -> Result<(C, f64), GarmentError> {
+        let groups = self.groups();
+        let total = sum(normals);
+        let variance = self.variance();
+        let errors: Vec<f64> = choices
+            .par_iter()
+            .map(|&choice| {
+                let mut error = 0.0;
+                for group in 0..groups {
+                    let mut kept = total.clone();
+                    if groups > 1 {
+                        normals.iter().skip(group).step_by(groups).for_each(|normal| kept.add(normal, -1.0));
+                    }
+                    let coefficients = train(&kept, choice)?;
+                    let held_out = self.examples.iter().skip(group).step_by(groups);
+                    error += held_out.map(|example| run(&coefficients, example)).sum::<f64>();
+                }
+                Ok(error / variance)
+            })
+            .collect::<Result<_, GarmentError>>()?;
+        let finite = |error: f64| if error.is_finite() { error } else { f64::INFINITY };
+        let best = (0..choices.len()).min_by(|&a, &b| finite(errors[a]).total_cmp(&finite(errors[b])));
+        let best = best.ok_or_else(|| GarmentError::data("ridge weights", "at least one to choose from", "none"))?;
+        Ok((choices[best], finite(errors[best])))
+    }
+
+    fn choose_static(&self, normals: &[Normal]) -> Result<(f64, f64), GarmentError> {
+        let train = |normal: &Normal, ridge: f64| normal.solve(|_| ridge);
+        self.validate(normals, &self.options.ridges, train, |coefficients, example| {
+            let mut out = vec![0.0; self.count];
+            let frames = example.poses.iter().zip(example.wrinkles);
+            frames
+                .map(|(pose, truth)| {
+                    apply_row(coefficients, &self.static_row(pose), &mut out);
+                    squared_distance(truth, &out)
+                })
+                .sum()
+        })
+    }
+
+    fn choose(&self, normals: &[Normal], start: &Matrix) -> Result<((f64, f64), f64), GarmentError> {
+        let ridges = &self.options.ridges;
+        let pairs: Vec<(f64, f64)> = ridges.iter().flat_map(|&a| ridges.iter().map(move |&b| (a, b))).collect();
+        let train = |normal: &Normal, (pose, history): (f64, f64)| {
+            let ridge = |row: usize| if self.is_history(row) { history } else { pose };
+            let coefficients = normal.solve(ridge)?;
+            Ok(self.stabilise(normal, coefficients, ridge)?.0)
+        };
+        self.validate(normals, &pairs, train, |coefficients, example| {
+            let run = free_run(&self.assemble(coefficients.clone(), start), example.poses);
+            run.iter().zip(example.wrinkles).map(|(run, truth)| squared_distance(truth, run)).sum()
+        })
+    }
+
+    /// Sum of squared distances of all wrinkles from their mean.
+    fn variance(&self) -> f64 {
+        let all = || self.examples.iter().flat_map(|example| example.wrinkles);
+        let count = all().count() as f64;
+        let mut mean = vec![0.0; self.count];
+        for wrinkles in all() {
+            for (mean, value) in mean.iter_mut().zip(wrinkles) {
+                *mean += value / count;
+            }
+        }
+        all().map(|wrinkles| squared_distance(wrinkles, &mean)).sum::<f64>().max(f64::MIN_POSITIVE)
+    }
+
+    /// Scales the history where it is not stable enough; see [`learn`]. Returns the spectral radius as well.
+    fn stabilise(
+        &self,
+        normal: &Normal,
+        mut coefficients: Matrix,
+        ridge: impl Fn(usize) -> f64,
+    ) -> Result<(Matrix, f64), GarmentError> {
+        let radius = spectral_radius(&coefficients, self.layout)?;
+        let limit = self.options.max_spectral_radius;
+        if radius <= limit {
+            return Ok((coefficients, radius));
+        }
+        let scale = limit / radius;
+        for row in self.layout.history..self.layout.change {
+            let power = if row < self.layout.history + self.count { scale } else { scale * scale };
+            coefficients.row_mut(row).iter_mut().for_each(|value| *value *= power);
+        }
+        // With the history fixed, the rest solves the normal equations less what the history accounts for.
+        let free: Vec<usize> = (0..self.layout.end).filter(|&row| !self.is_history(row)).collect();
+        let fixed: Vec<usize> = (self.layout.history..self.layout.change).collect();
+        let among = |rows: &[usize], columns: &[usize]| {
+            Matrix::from_fn(rows.len(), columns.len(), |i, j| normal.gram[(rows[i], columns[j])])
+        };
+        let history = Matrix::from_fn(fixed.len(), self.count, |i, j| coefficients[(fixed[i], j)]);
+        let accounted = among(&free, &fixed).matmul(&history);
+        let cross = Matrix::from_fn(free.len(), self.count, |i, j| normal.cross[(free[i], j)] - accounted[(i, j)]);
+        let rest = Normal { gram: among(&free, &free), cross, rows: normal.rows }.solve(|i| ridge(free[i]))?;
+        for (i, &row) in free.iter().enumerate() {
+            coefficients.row_mut(row).copy_from_slice(rest.row(i));
+        }
+        let radius = spectral_radius(&coefficients, self.layout)?;
+        Ok((coefficients, radius))
+    }
+}
+
+fn sum(normals: &[Normal]) -> Normal {
+    let mut total = normals[0].clone();
+    for normal in &normals[1..] {
+        total.add(normal, 1.0);
+    }
+    total
+}
+
+fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+}
+
+/// The wrinkles of every frame of a motion from the poses alone.
+pub(crate) fn free_run(dynamics: &Dynamics, poses: &[Pose]) -> Vec<Vec<f64>> {
+    let mut state = dynamics.start();
+    poses.iter().map(|pose| dynamics.step(&mut state, pose).to_vec()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DynamicsOptions, free_run, learn};
+    use crate::drape::dynamics::Dynamics;
+    use crate::drape::features::{InputOptions, PoseInputs};
+    use modiste_body::{Motion, Part, Pose};
+    use modiste_core::{Matrix, Vec3, normal, seeded_rng};
+
+    const COUNT: usize = 3;
+
+    /// A motion whose angles and place are sums of sines.
+    fn motion(seed: u64, frames: usize) -> Motion {
+        let mut rng = seeded_rng(seed);
+        let draws: Vec<f64> = (0..200).map(|_| normal(&mut rng)).collect();
+        let wave = |channel: usize, time: f64| {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| draws[(4 * channel + i) % 200]);
+            0.3 * (a * (0.2 * (2.0 + b) * time).sin() + c * (0.07 * (2.0 + d) * time).cos())
+        };
+        let pose = |frame: usize| {
+            let mut pose = Pose::template(Vec3::new(wave(40, frame as f64), 1.0, wave(41, frame as f64)));
+            for (part, rotation) in pose.rotations.iter_mut().enumerate() {
+                *rotation = Vec3::new(wave(3 * part, frame as f64), wave(3 * part + 1, frame as f64), 0.1);
+            }
+            pose
+        };
+        Motion { fps: 30.0, frames: (0..frames).map(pose).collect() }
+    }
+
+    /// Dynamics with given history blocks and random other blocks.
+    fn dynamics(history: f64, second: f64) -> Dynamics {
+        let inputs = PoseInputs::new(&[Part::Chest, Part::LeftThigh], InputOptions::PAPER);
+        let mut rng = seeded_rng(5);
+        let end = 1 + inputs.pose_count() + 2 * COUNT + 2 * inputs.change_count();
+        let start = 1 + inputs.pose_count();
+        let mut coefficients = Matrix::from_fn(end, COUNT, |_, _| normal(&mut rng));
+        for row in 0..2 * COUNT {
+            let value = if row < COUNT { history } else { second };
+            for column in 0..COUNT {
+                coefficients[(start + row, column)] = if row % COUNT == column { value } else { 0.0 };
+            }
+        }
+        let static_coefficients = Matrix::from_fn(start, COUNT, |_, _| normal(&mut rng));
+        Dynamics { inputs, coefficients, static_coefficients }
+    }
+
+    fn options(ridge: f64) -> DynamicsOptions {
+        DynamicsOptions {
+            inputs: InputOptions::PAPER,
+            ridges: vec![ridge],
+            rehearsals: 0,
+            max_spectral_radius: 0.999,
+            ..DynamicsOptions::default()
+        }
+    }
+
+    #[test]
+    fn a_linear_system_is_recovered_from_its_own_motion() {
+        let truth = dynamics(1.2, -0.5);
+        let motions: Vec<Motion> = (0..5).map(|seed| motion(seed, 120)).collect();
+        let wrinkles: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| free_run(&truth, &motion.frames)).collect();
+        let motions: Vec<&Motion> = motions.iter().collect();
+        let parts = [Part::Chest, Part::LeftThigh];
+        let (learned, training) = learn(&parts, &motions, &wrinkles, &options(1e-12)).unwrap();
+        let unseen = motion(77, 200);
+        let mut state = truth.start();
+        let mut copy = learned.start();
+        for (frame, pose) in unseen.frames.iter().enumerate() {
+            let wanted = truth.step(&mut state, pose).to_vec();
+            let found = learned.step(&mut copy, pose).to_vec();
+            if frame == 0 {
+                copy = state.clone();
+                continue;
+            }
+            for (wanted, found) in wanted.iter().zip(&found) {
+                assert!((wanted - found).abs() < 1e-3, "frame {frame}: {wanted} {found}");
+            }
+        }
+        // λ² = 1.2 λ - 0.5 has |λ|² = 0.5.
+        assert!((training.spectral_radius - 0.5f64.sqrt()).abs() < 1e-3, "{training:?}");
+        assert!((truth.spectral_radius().unwrap() - 0.5f64.sqrt()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_unstable_history_is_mended_and_stays_bounded() {
+        let truth = dynamics(1.01, 0.0);
+        let motions: Vec<Motion> = (0..4).map(|seed| motion(seed, 90)).collect();
+        let wrinkles: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| free_run(&truth, &motion.frames)).collect();
+        let references: Vec<&Motion> = motions.iter().collect();
+        let chosen = DynamicsOptions { max_spectral_radius: 0.97, ..options(1e-10) };
+        let (learned, training) = learn(&[Part::Chest, Part::LeftThigh], &references, &wrinkles, &chosen).unwrap();
+        assert!(training.learned_spectral_radius > 1.0, "{training:?}");
+        assert!(training.spectral_radius < 0.9701, "{training:?}");
+        let largest = wrinkles.iter().flatten().flatten().fold(0.0f64, |largest, value| largest.max(value.abs()));
+        let long = free_run(&learned, &motion(9, 3000).frames);
+        assert!(long.iter().flatten().all(|value| value.abs() < 20.0 * largest));
+    }
+
+    #[test]
+    fn a_body_that_stands_still_comes_to_rest() {
+        let dynamics = dynamics(1.2, -0.5);
+        let mut state = dynamics.start();
+        for pose in &motion(3, 20).frames {
+            dynamics.step(&mut state, pose);
+        }
+        let still = motion(3, 20).frames[19].clone();
+        for _ in 0..200 {
+            dynamics.step(&mut state, &still);
+        }
+        let before = dynamics.step(&mut state, &still).to_vec();
+        let after = dynamics.step(&mut state, &still).to_vec();
+        assert!(before.iter().zip(&after).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+
+    #[test]
+    fn the_blocks_of_the_matrices_add_up() {
+        let dynamics = dynamics(0.5, 0.1);
+        let rows: usize = dynamics.matrices().iter().map(|block| block.rows).sum();
+        assert_eq!(rows, dynamics.coefficients.rows);
+        assert!((dynamics.matrices()[2][(1, 1)] - 0.5).abs() < 1e-15);
+        assert!((dynamics.matrices()[3][(1, 1)] - 0.1).abs() < 1e-15);
+    }
+}

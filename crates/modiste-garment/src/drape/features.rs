@@ -1,0 +1,174 @@
+//! The inputs of the wrinkle dynamics: garment pose θ_c and its change z.
+
+use modiste_body::{Part, Pose};
+use modiste_core::{Quat, Vec3};
+
+/// Which inputs beyond those of the paper drive the wrinkles.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct InputOptions {
+    /// Adds the direction of gravity seen from the pelvis, so that bending forward differs from standing. Not in the
+    /// paper, whose θ_c holds no rotation of the pelvis.
+    pub gravity: bool,
+    /// Adds the turn of the pelvis between the two frames to z, so that spinning in place is felt. Not in the paper.
+    pub pelvis_turn: bool,
+    /// Adds the rotations of the parts at the pelvis (thighs below a T-shirt, abdomen above shorts), which push at hems
+    /// that lie over them.
+    pub neighbours: bool,
+}
+
+impl Default for InputOptions {
+    fn default() -> Self {
+        Self { gravity: true, pelvis_turn: true, neighbours: true }
+    }
+}
+
+impl InputOptions {
+    /// Exactly the inputs of DRAPE eq. 5.
+    pub const PAPER: Self = Self { gravity: false, pelvis_turn: false, neighbours: false };
+}
+
+/// Turns poses into the inputs of DRAPE eq. 5.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PoseInputs {
+    parts: Vec<Part>,
+    options: InputOptions,
+}
+
+impl PoseInputs {
+    /// The inputs that matter to a garment: the parts that its faces follow and those between them and the pelvis.
+    ///
+    /// The pelvis itself is left out; its rotation is relative to the world, and the wrinkles are predicted in its frame.
+    pub fn new(face_parts: &[Part], options: InputOptions) -> Self {
+        let mut relevant = [false; Part::COUNT];
+        for &part in face_parts {
+            let mut next = Some(part);
+            while let Some(part) = next {
+                relevant[part.index()] = true;
+                next = part.parent();
+            }
+        }
+        if options.neighbours {
+            for part in Part::ALL {
+                relevant[part.index()] |= part.parent() == Some(Part::Pelvis);
+            }
+        }
+        let parts = Part::ALL.into_iter().filter(|part| relevant[part.index()] && *part != Part::Pelvis).collect();
+        Self { parts, options }
+    }
+
+    /// Inputs with a given list of parts, as read from a file.
+    pub(crate) fn from_parts(parts: Vec<Part>, options: InputOptions) -> Self {
+        Self { parts, options }
+    }
+
+    /// The parts whose relative rotations make θ_c.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// What was chosen.
+    pub fn options(&self) -> InputOptions {
+        self.options
+    }
+
+    /// Length of θ_c, gravity included.
+    pub fn pose_count(&self) -> usize {
+        3 * (self.parts.len() + usize::from(self.options.gravity))
+    }
+
+    /// Length of z.
+    pub fn change_count(&self) -> usize {
+        self.pose_count() + 3 * (1 + usize::from(self.options.pelvis_turn))
+    }
+
+    /// Writes θ_c: relative rotation vectors (radians), then the direction of gravity in the pelvis less that of upright.
+    pub fn pose(&self, pose: &Pose, out: &mut [f64]) {
+        let mut triples = out.chunks_exact_mut(3);
+        let mut put = |value: Vec3| {
+            if let Some(triple) = triples.next() {
+                triple.copy_from_slice(&value.to_array());
+            }
+        };
+        for part in &self.parts {
+            put(pose.rotations[part.index()]);
+        }
+        if self.options.gravity {
+            put(root_rotation(pose).inverse() * Vec3::NEG_Y - Vec3::NEG_Y);
+        }
+    }
+
+    /// Writes `z^{j,k}` of DRAPE eq. 5 from frame k to frame j: Γ_k⁻¹(τ_j - τ_k) (m), θ_c of j less that of k, and the
+    /// rotation vector of Γ_k⁻¹Γ_j where it is asked for.
+    pub fn change(&self, later: &Pose, earlier: &Pose, scratch: &mut [f64], out: &mut [f64]) {
+        let pelvis_from_world = root_rotation(earlier).inverse();
+        let step = pelvis_from_world * (later.root_translation - earlier.root_translation);
+        out[..3].copy_from_slice(&step.to_array());
+        let count = self.pose_count();
+        self.pose(later, &mut out[3..3 + count]);
+        self.pose(earlier, scratch);
+        for (value, before) in out[3..3 + count].iter_mut().zip(scratch.iter()) {
+            *value -= before;
+        }
+        if self.options.pelvis_turn {
+            let turn = pelvis_from_world * root_rotation(later);
+            let turn = if turn.w < 0.0 { -turn } else { turn };
+            out[3 + count..].copy_from_slice(&turn.to_scaled_axis().to_array());
+        }
+    }
+}
+
+/// Γ: from the pelvis to the world.
+pub(crate) fn root_rotation(pose: &Pose) -> Quat {
+    Quat::from_scaled_axis(pose.rotations[Part::Pelvis.index()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{InputOptions, PoseInputs};
+    use modiste_body::{Part, Pose};
+    use modiste_core::{Quat, Vec3};
+
+    fn pose(angle: f64) -> Pose {
+        let mut pose = Pose::template(Vec3::new(0.3, 1.0, angle));
+        for (index, rotation) in pose.rotations.iter_mut().enumerate() {
+            *rotation = Vec3::new(0.1 * index as f64, angle, -0.05).clamp_length_max(1.2);
+        }
+        pose
+    }
+
+    fn moved(pose: &Pose, world_from_old: Quat, shift: Vec3) -> Pose {
+        let mut moved = pose.clone();
+        moved.root_translation = world_from_old * pose.root_translation + shift;
+        moved.rotations[0] = (world_from_old * Quat::from_scaled_axis(pose.rotations[0])).to_scaled_axis();
+        moved
+    }
+
+    #[test]
+    fn parts_are_those_of_the_faces_and_the_way_to_the_pelvis() {
+        let inputs = PoseInputs::new(&[Part::Chest, Part::LeftUpperArm], InputOptions::PAPER);
+        assert_eq!(inputs.parts(), [Part::Abdomen, Part::Chest, Part::LeftShoulder, Part::LeftUpperArm]);
+        let wider = PoseInputs::new(&[Part::Chest], InputOptions { neighbours: true, ..InputOptions::PAPER });
+        assert!(wider.parts().contains(&Part::LeftThigh) && !wider.parts().contains(&Part::LeftShin));
+    }
+
+    #[test]
+    fn heading_and_place_do_not_enter() {
+        let inputs = PoseInputs::new(&[Part::Chest, Part::LeftThigh], InputOptions::default());
+        let (n, m) = (inputs.pose_count(), inputs.change_count());
+        let (earlier, later) = (pose(0.1), pose(0.3));
+        let turn = Quat::from_rotation_y(2.1);
+        let shift = Vec3::new(4.0, 0.0, -3.0);
+        let run = |earlier: &Pose, later: &Pose| {
+            let (mut theta, mut scratch, mut z) = (vec![0.0; n], vec![0.0; n], vec![0.0; m]);
+            inputs.pose(later, &mut theta);
+            inputs.change(later, earlier, &mut scratch, &mut z);
+            [theta, z].concat()
+        };
+        let plain = run(&earlier, &later);
+        let turned = run(&moved(&earlier, turn, shift), &moved(&later, turn, shift));
+        for (a, b) in plain.iter().zip(&turned) {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+        assert!(plain.iter().any(|value| value.abs() > 0.1));
+    }
+}

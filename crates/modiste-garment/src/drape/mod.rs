@@ -1,0 +1,22 @@
+//! The factored clothing model of DRAPE (Guan et al. 2012, §4; Guan 2013, ch. 5 §3).
+
+mod dynamics;
+mod dynamics_training;
+mod features;
+mod gradient;
+mod leave_one_out;
+mod model;
+mod shape;
+mod synthesis;
+mod training_set;
+mod wrinkle;
+
+pub use dynamics::{Dynamics, DynamicsState};
+pub use dynamics_training::{DynamicsOptions, DynamicsTraining, learn as learn_dynamics};
+pub use features::{InputOptions, PoseInputs};
+pub use leave_one_out::{LeaveOneOut, Placement, leave_one_out};
+pub use model::{DrapeModel, Provenance, TrainOptions};
+pub use shape::{ShapeModel, ShapeOptions};
+pub use synthesis::{Synthesis, Wrinkles};
+pub use training_set::{Garment, PoseSequence, ShapeSample, TrainingSet};
+pub use wrinkle::{WrinkleFrame, WrinkleModel, WrinkleOptions, wrinkle_gradients};

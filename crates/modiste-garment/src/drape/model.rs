@@ -1,0 +1,119 @@
+//! The learned garment: everything that dresses any body in any pose.
+
+use modiste_core::{GradientReconstruction, Progress};
+
+use super::dynamics::Dynamics;
+use super::dynamics_training::{DynamicsOptions, DynamicsTraining, learn};
+use super::shape::{ShapeModel, ShapeOptions};
+use super::training_set::{Garment, TrainingSet};
+use super::wrinkle::{WrinkleModel, WrinkleOptions};
+use crate::GarmentError;
+
+/// How a garment is learned.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TrainOptions {
+    /// The shape of the garment from that of the body.
+    pub shape: ShapeOptions,
+    /// The space of wrinkles.
+    pub wrinkle: WrinkleOptions,
+    /// The dynamics of the wrinkles.
+    pub dynamics: DynamicsOptions,
+}
+
+/// Where a model comes from.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Provenance {
+    /// Seed of the training set.
+    pub seed: u64,
+    /// Content hashes of what it was made from, by name.
+    pub sources: Vec<(String, String)>,
+    /// Licence of the model file.
+    pub licence: String,
+    /// Command that makes it again.
+    pub command: String,
+}
+
+/// A garment learned by DRAPE. Constant; share it by `Arc`.
+#[derive(Debug, Clone)]
+pub struct DrapeModel {
+    pub(crate) garment: Garment,
+    pub(crate) shape: ShapeModel,
+    pub(crate) wrinkle: WrinkleModel,
+    pub(crate) dynamics: Dynamics,
+    pub(crate) fps: f64,
+    /// Where the model comes from.
+    pub provenance: Provenance,
+    pub(crate) reconstruction: GradientReconstruction,
+}
+
+impl DrapeModel {
+    /// Learns shape, wrinkles and dynamics from a training set.
+    ///
+    /// # Errors
+    /// A training set that does not fit together or is too small, or a solve that fails.
+    pub fn train(
+        set: &TrainingSet,
+        options: &TrainOptions,
+        progress: &dyn Progress,
+    ) -> Result<(Self, DynamicsTraining), GarmentError> {
+        set.check()?;
+        let stage = format!("learn {} {}", set.garment.gender.name(), set.garment.name);
+        progress.start(&stage, 3);
+        let shape = ShapeModel::train(&set.garment, &set.shapes, &options.shape)?;
+        progress.advance(&stage, 1);
+        let (wrinkle, coefficients) = WrinkleModel::train(&set.garment, &set.sequences, &options.wrinkle)?;
+        progress.advance(&stage, 2);
+        let motions: Vec<_> = set.sequences.iter().map(|sequence| &sequence.motion).collect();
+        let (dynamics, training) = learn(&set.garment.face_parts, &motions, &coefficients, &options.dynamics)?;
+        if training.spectral_radius < training.learned_spectral_radius {
+            progress.warn(&format!(
+                "{stage}: the wrinkle dynamics had a spectral radius of {:.4} and were scaled to {:.4}",
+                training.learned_spectral_radius, training.spectral_radius
+            ));
+        }
+        let provenance = Provenance { seed: set.seed, sources: set.sources.clone(), ..Provenance::default() };
+        let model = Self::assemble(set.garment.clone(), shape, wrinkle, dynamics, set.fps(), provenance)?;
+        progress.finish(&stage);
+        Ok((model, training))
+    }
+
+    /// Puts the learned parts together and factors the matrix of eq. 3.
+    pub(crate) fn assemble(
+        garment: Garment,
+        shape: ShapeModel,
+        wrinkle: WrinkleModel,
+        dynamics: Dynamics,
+        fps: f64,
+        provenance: Provenance,
+    ) -> Result<Self, GarmentError> {
+        garment.check()?;
+        let reconstruction = GradientReconstruction::new(&garment.topology, &garment.template)
+            .map_err(GarmentError::solve("reconstruction matrix"))?;
+        Ok(Self { garment, shape, wrinkle, dynamics, fps, provenance, reconstruction })
+    }
+
+    /// The mesh and how it is tied to the body.
+    pub fn garment(&self) -> &Garment {
+        &self.garment
+    }
+
+    /// Garment shape from body shape.
+    pub fn shape(&self) -> &ShapeModel {
+        &self.shape
+    }
+
+    /// The space of wrinkles.
+    pub fn wrinkle(&self) -> &WrinkleModel {
+        &self.wrinkle
+    }
+
+    /// Wrinkles from motion.
+    pub fn dynamics(&self) -> &Dynamics {
+        &self.dynamics
+    }
+
+    /// Frames a second of the motions that it was learned from; it must be run at the same rate.
+    pub fn fps(&self) -> f64 {
+        self.fps
+    }
+}

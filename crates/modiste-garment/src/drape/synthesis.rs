@@ -1,0 +1,104 @@
+//! The garment on one body, frame after frame (DRAPE eq. 7).
+
+use std::sync::Arc;
+
+use modiste_body::Pose;
+use modiste_core::{Mat3, Vec3};
+
+use super::dynamics::DynamicsState;
+use super::model::DrapeModel;
+use super::wrinkle::compose_all;
+use crate::GarmentError;
+use crate::refine::anchors::translation;
+
+/// Which wrinkles are put on the garment.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Wrinkles {
+    /// From pose and past frames.
+    #[default]
+    Dynamic,
+    /// From the pose alone: the model of order zero.
+    Static,
+}
+
+/// Makes the garment for one body shape. Holds what is constant for the body, the state of the dynamics, and all memory
+/// that a frame needs.
+#[derive(Debug, Clone)]
+pub struct Synthesis {
+    model: Arc<DrapeModel>,
+    kind: Wrinkles,
+    shape_deformations: Vec<Mat3>,
+    state: DynamicsState,
+    wrinkles: Vec<f32>,
+    gradients: Vec<Mat3>,
+    vertices: Vec<Vec3>,
+}
+
+impl Synthesis {
+    /// Fits the garment to a body of shape `shape` (β in standard deviations) and `body_vertex_count` vertices.
+    ///
+    /// # Errors
+    /// A shape that is not finite, or a body with fewer vertices than the anchors name.
+    pub fn new(model: Arc<DrapeModel>, shape: &[f64], body_vertex_count: usize) -> Result<Self, GarmentError> {
+        if let Some(at) = shape.iter().position(|value| !value.is_finite()) {
+            return Err(GarmentError::data(format!("β[{at}]"), "a finite number", shape[at]));
+        }
+        let largest = model.garment.largest_body_vertex() as usize;
+        if largest >= body_vertex_count {
+            let wanted = format!("more than {largest} vertices, for the anchors of {}", model.garment.name);
+            return Err(GarmentError::data("body", wanted, body_vertex_count));
+        }
+        let shape_deformations = model.shape.gradients(&model.shape.predict(shape));
+        Ok(Self {
+            kind: Wrinkles::default(),
+            state: model.dynamics.start(),
+            wrinkles: vec![0.0; model.wrinkle.mean.len()],
+            gradients: vec![Mat3::IDENTITY; shape_deformations.len()],
+            vertices: vec![Vec3::ZERO; model.garment.template.len()],
+            shape_deformations,
+            model,
+        })
+    }
+
+    /// Chooses the wrinkles.
+    #[must_use]
+    pub fn with_wrinkles(mut self, kind: Wrinkles) -> Self {
+        self.kind = kind;
+        self
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Arc<DrapeModel> {
+        &self.model
+    }
+
+    /// Forgets the past: the next frame is the first.
+    pub fn restart(&mut self) {
+        self.state = self.model.dynamics.start();
+    }
+
+    /// The garment's vertices (m, world) in the next frame; `body` are the vertices of the posed body. Frames follow each
+    /// other at the rate of the model. Nothing is allocated.
+    pub fn step(&mut self, pose: &Pose, body: &[Vec3]) -> &[Vec3] {
+        let Self { model, state, .. } = self;
+        let coefficients = match self.kind {
+            Wrinkles::Dynamic => model.dynamics.step(state, pose),
+            Wrinkles::Static => model.dynamics.step_static(state, pose),
+        };
+        model.wrinkle.expand(coefficients, &mut self.wrinkles);
+        let frame = model.wrinkle.frame;
+        let parts = &model.garment.face_parts;
+        compose_all(frame, pose, parts, &self.shape_deformations, &self.wrinkles, &mut self.gradients);
+        model.reconstruction.reconstruct(&self.gradients, &mut self.vertices);
+        let shift = translation(&model.garment.anchors, &self.vertices, body);
+        for vertex in &mut self.vertices {
+            *vertex += shift;
+        }
+        &self.vertices
+    }
+
+    /// The vertices of the last frame (m, world).
+    pub fn vertices(&self) -> &[Vec3] {
+        &self.vertices
+    }
+}
