@@ -1,3 +1,19 @@
-//! From the predicted garment to one that is worn: outside the body, over other garments (DRAPE §5).
+//! From the predicted garment to one that is worn: outside the body, over other garments (DRAPE §5; Guan 2013, ch. 5 §4).
 
 pub mod anchors;
+mod exact;
+mod fit;
+mod layers;
+mod nearest;
+mod obstacle;
+mod paper;
+pub mod penetration;
+mod warp;
+
+pub use exact::{ExactOptions, ExactReport};
+pub use fit::{Below, Fit, FitOptions};
+pub use layers::upper_body;
+pub use obstacle::Obstacle;
+pub use paper::PaperOptions;
+pub use penetration::Penetration;
+pub use warp::{DEFAULT_ACCURACY, Stiffness, WarpOptions};

@@ -1,0 +1,315 @@
+//! What the paper leaves: pushing every vertex out of the triangles of the body, and the body's vertices out of the cloth.
+
+use std::sync::Arc;
+
+use modiste_core::{Topology, Vec3};
+
+use super::obstacle::{Contact, Contacts, Hints, NO_HINTS, Obstacle};
+use super::warp::{Push, Stiffness, Warp, WarpOptions};
+
+/// How cloth is pushed out exactly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExactOptions {
+    /// Distance from the surface that pushed vertices are sent to (m).
+    pub clearance: f64,
+    /// Vertices nearer than this (m) are pushed.
+    pub trigger: f64,
+    /// Distance that no vertex is left below, where there is room (m).
+    pub least: f64,
+    /// Deepest penetration that is looked for (m).
+    pub reach: f64,
+    /// Most rounds of smooth pushing.
+    pub rounds: usize,
+    /// Most rounds of moving single vertices, for what smooth pushing leaves.
+    pub final_rounds: usize,
+    /// What holds the warp back; little, so that it spreads.
+    pub stiffness: Stiffness,
+    /// Weight of a push.
+    pub weight: f64,
+    /// How each round is solved.
+    pub warp: WarpOptions,
+}
+
+impl Default for ExactOptions {
+    fn default() -> Self {
+        Self {
+            clearance: 0.0025,
+            trigger: 0.0015,
+            least: 0.0003,
+            reach: 0.06,
+            rounds: 4,
+            final_rounds: 16,
+            stiffness: Stiffness { smooth: 1.0, damping: 0.05 },
+            weight: 10.0,
+            warp: WarpOptions { rings: 6, accuracy: 1e-2 },
+        }
+    }
+}
+
+/// What the exact push-out found and left.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ExactReport {
+    /// Vertices that were inside when it began.
+    pub inside_before: usize,
+    /// Depth of the deepest of them (m).
+    pub depth_before: f64,
+    /// Vertices that are left inside.
+    pub inside_after: usize,
+    /// Depth of the deepest of them (m).
+    pub depth_after: f64,
+    /// Vertices between two surfaces that pass through each other: there is no outside for them where they are, and they
+    /// were moved to the rim of the crossing.
+    pub pinched: usize,
+    /// Rounds of smooth pushing.
+    pub rounds: usize,
+}
+
+/// Between opposite contacts whose normals have a product below this, a vertex has two walls to stay away from.
+const OPPOSITE: f64 = -0.3;
+/// Longest step of a single vertex in one final round (m).
+const LONGEST_STEP: f64 = 0.015;
+/// Body vertices may show through cloth whose corners are at most this far from the body (m).
+const SHOW_REACH: f64 = 0.012;
+/// Depth below the cloth that body vertices are sent to (m).
+const SHOW_CLEARANCE: f64 = 0.001;
+
+/// Pushes one garment out of surfaces. Keeps the nearest faces of the last frame, which most often are the next ones.
+#[derive(Debug, Clone)]
+pub(crate) struct ExactPush {
+    topology: Arc<Topology>,
+    options: ExactOptions,
+    /// Per obstacle and vertex.
+    hints: Vec<Vec<Hints>>,
+    contacts: Vec<Contacts>,
+    /// The obstacle of the nearest contact.
+    owner: Vec<u8>,
+    /// How far each vertex may move before its contacts must be found again (m).
+    slack: Vec<f64>,
+    pinched: Vec<bool>,
+    pushes: Vec<Push>,
+    warp: Vec<Vec3>,
+    waiting: Vec<u32>,
+}
+
+impl ExactPush {
+    pub(crate) fn new(topology: &Arc<Topology>, options: ExactOptions) -> Self {
+        let n = topology.vertex_count();
+        Self {
+            topology: topology.clone(),
+            options,
+            hints: Vec::new(),
+            contacts: vec![Contacts::EMPTY; n],
+            owner: vec![0; n],
+            slack: vec![0.0; n],
+            pinched: vec![false; n],
+            pushes: Vec::new(),
+            warp: vec![Vec3::ZERO; n],
+            waiting: Vec::new(),
+        }
+    }
+
+    pub(crate) fn run(&mut self, solver: &mut Warp, obstacles: &[&Obstacle], garment: &mut [Vec3]) -> ExactReport {
+        self.hints.resize_with(obstacles.len(), || vec![NO_HINTS; garment.len()]);
+        self.pinched.fill(false);
+        for vertex in 0..garment.len() {
+            self.find_contacts(vertex, obstacles, garment);
+        }
+        let mut report = ExactReport::default();
+        (report.inside_before, report.depth_before) = self.inside();
+        while report.rounds < self.options.rounds {
+            let shortfall = self.collect_pushes();
+            let shows = self.collect_shows(obstacles, garment);
+            if !shows && shortfall <= 0.5 * self.options.trigger {
+                break;
+            }
+            report.rounds += 1;
+            solver.solve(self.options.stiffness, &self.pushes, &[], self.options.warp, &mut self.warp);
+            for &vertex in solver.region() {
+                let vertex = vertex as usize;
+                garment[vertex] += self.warp[vertex];
+                self.slack[vertex] -= self.warp[vertex].length();
+                if self.slack[vertex] < self.options.trigger {
+                    self.find_contacts(vertex, obstacles, garment);
+                }
+            }
+        }
+        self.move_single_vertices(obstacles, garment);
+        (report.inside_after, report.depth_after) = self.inside();
+        report.pinched = self.pinched.iter().filter(|&&pinched| pinched).count();
+        report
+    }
+
+    fn find_contacts(&mut self, vertex: usize, obstacles: &[&Obstacle], garment: &[Vec3]) {
+        let mut all = Contacts::EMPTY;
+        let mut least = self.options.reach;
+        for (index, (obstacle, hints)) in obstacles.iter().zip(&mut self.hints).enumerate() {
+            let contacts = obstacle.contacts(garment[vertex], self.options.reach, &mut hints[vertex]);
+            for contact in contacts.as_slice() {
+                if contact.distance < least {
+                    least = contact.distance;
+                    self.owner[vertex] = index as u8;
+                }
+                all.push(*contact);
+            }
+        }
+        self.contacts[vertex] = all;
+        self.slack[vertex] = least;
+    }
+
+    /// Number of vertices inside and the depth of the deepest (m).
+    fn inside(&self) -> (usize, f64) {
+        let inside = self.contacts.iter().map(Contacts::least).filter(|&least| least < 0.0);
+        (inside.clone().count(), -inside.fold(0.0, f64::min))
+    }
+
+    /// Pushes for vertices that are too near; returns by how much at most (m).
+    fn collect_pushes(&mut self) -> f64 {
+        self.pushes.clear();
+        let mut shortfall: f64 = 0.0;
+        for (vertex, contacts) in self.contacts.iter().enumerate() {
+            if contacts.least() >= self.options.trigger {
+                continue;
+            }
+            let contacts = contacts.as_slice();
+            if let Some([a, b]) = opposite_pair(contacts)
+                && a.distance + b.distance <= 0.0
+            {
+                self.pinched[vertex] = true;
+                continue;
+            }
+            for contact in contacts {
+                let wanted = wanted_distance(contact, contacts, self.options.clearance);
+                let trigger = wanted.min(self.options.trigger);
+                if contact.distance < trigger {
+                    shortfall = shortfall.max(trigger - contact.distance);
+                    let gap = wanted - contact.distance;
+                    self.pushes.push(Push { vertex: vertex as u32, normal: contact.normal, gap, weight: self.options.weight });
+                }
+            }
+        }
+        shortfall
+    }
+
+    /// Pushes for cloth that body vertices show through: each triangle is lifted off the body vertices above it. The
+    /// vertices tried are those of the nearest body faces of its corners. Returns whether there are any.
+    fn collect_shows(&mut self, obstacles: &[&Obstacle], garment: &[Vec3]) -> bool {
+        let before = self.pushes.len();
+        for face in self.topology.faces() {
+            let near = |vertex: &u32| self.contacts[*vertex as usize].least() < SHOW_REACH;
+            if !face.iter().all(near) {
+                continue;
+            }
+            let corners = face.map(|vertex| garment[vertex as usize]);
+            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+            let mut lift: f64 = 0.0;
+            for &vertex in face {
+                let Some(contact) = nearest_contact(&self.contacts[vertex as usize]) else { continue };
+                let obstacle = obstacles[usize::from(self.owner[vertex as usize])];
+                for body_vertex in obstacle.topology().faces()[contact.face as usize] {
+                    if obstacle.vertex_normals()[body_vertex as usize].dot(normal) > 0.2 {
+                        lift = lift.max(height_above(corners, normal, obstacle.vertices()[body_vertex as usize]));
+                    }
+                }
+            }
+            // Millimetres of cloth over a vertex are drape, not a show-through of another limb's.
+            if lift > 0.0 && lift < SHOW_REACH {
+                let gap = lift + SHOW_CLEARANCE;
+                for &vertex in face {
+                    self.pushes.push(Push { vertex, normal, gap, weight: self.options.weight });
+                }
+            }
+        }
+        self.pushes.len() > before
+    }
+
+    /// Moves what is still too near by itself.
+    fn move_single_vertices(&mut self, obstacles: &[&Obstacle], garment: &mut [Vec3]) {
+        let least = self.options.least;
+        let mut waiting = std::mem::take(&mut self.waiting);
+        waiting.clear();
+        waiting.extend((0u32..).zip(&self.contacts).filter(|(_, contacts)| contacts.least() < least).map(|(vertex, _)| vertex));
+        for _ in 0..self.options.final_rounds {
+            if waiting.is_empty() {
+                break;
+            }
+            waiting.retain(|&vertex| {
+                let vertex = vertex as usize;
+                let contacts = self.contacts[vertex];
+                if opposite_pair(contacts.as_slice()).is_some_and(|[a, b]| a.distance + b.distance <= 0.0) {
+                    self.pinched[vertex] = true;
+                }
+                garment[vertex] += least_step(contacts.as_slice(), 2.0 * least);
+                self.find_contacts(vertex, obstacles, garment);
+                self.contacts[vertex].least() < least
+            });
+        }
+        self.waiting = waiting;
+    }
+}
+
+/// The nearest contact of a vertex.
+fn nearest_contact(contacts: &Contacts) -> Option<&Contact> {
+    contacts.as_slice().iter().min_by(|a, b| a.distance.total_cmp(&b.distance))
+}
+
+/// The two contacts that face each other most, if any do.
+fn opposite_pair(contacts: &[Contact]) -> Option<[Contact; 2]> {
+    let mut found = None;
+    let mut most = OPPOSITE;
+    for (index, a) in contacts.iter().enumerate() {
+        for b in &contacts[index + 1..] {
+            let product = a.normal.dot(b.normal);
+            if product < most {
+                most = product;
+                found = Some([*a, *b]);
+            }
+        }
+    }
+    found
+}
+
+/// The distance that a vertex is to keep from a contact (m): less than the clearance between two walls that are close.
+fn wanted_distance(contact: &Contact, contacts: &[Contact], clearance: f64) -> f64 {
+    let facing = contacts.iter().filter(|other| other.normal.dot(contact.normal) < OPPOSITE);
+    let room = facing.map(|other| 0.5 * (contact.distance + other.distance)).fold(clearance, f64::min);
+    room.max(0.0)
+}
+
+/// The shortest step (m) to `wanted` distance from the nearest two contacts, bounded.
+///
+/// Between walls that have passed through each other it leads along the lens between them, to its rim.
+fn least_step(contacts: &[Contact], wanted: f64) -> Vec3 {
+    let gap = |contact: &Contact| wanted_distance(contact, contacts, wanted).max(1e-5) - contact.distance;
+    let mut sorted = [None; 2];
+    for contact in contacts {
+        if sorted[0].is_none_or(|first: &Contact| gap(contact) > gap(first)) {
+            sorted = [Some(contact), sorted[0]];
+        } else if sorted[1].is_none_or(|second: &Contact| gap(contact) > gap(second)) {
+            sorted[1] = Some(contact);
+        }
+    }
+    let Some(first) = sorted[0].filter(|first| gap(first) > 0.0) else { return Vec3::ZERO };
+    let single = gap(first) * first.normal;
+    let step = match sorted[1] {
+        // The single step would get too near to the second contact, so both are met at once.
+        Some(second) if single.dot(second.normal) < gap(second) => {
+            let cosine = first.normal.dot(second.normal);
+            let determinant = (1.0 - cosine * cosine).max(0.02);
+            let along_first = (gap(first) - cosine * gap(second)) / determinant;
+            let along_second = (gap(second) - cosine * gap(first)) / determinant;
+            along_first * first.normal + along_second * second.normal
+        }
+        _ => single,
+    };
+    step.clamp_length_max(LONGEST_STEP)
+}
+
+/// Height (m) of a point above a triangle, or minus infinity where it is not above it.
+fn height_above(corners: [Vec3; 3], normal: Vec3, point: Vec3) -> f64 {
+    let height = normal.dot(point - corners[0]);
+    let inside = (0..3).all(|corner| {
+        let (from, to) = (corners[corner], corners[(corner + 1) % 3]);
+        normal.dot((to - from).cross(point - from)) >= 0.0
+    });
+    if inside { height } else { f64::NEG_INFINITY }
+}

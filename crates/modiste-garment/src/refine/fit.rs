@@ -1,0 +1,199 @@
+//! The fit of one garment: the paper's three iterations, then the exact push-out.
+
+use std::sync::Arc;
+
+use modiste_core::{Topology, Vec3};
+
+use super::exact::{ExactOptions, ExactPush, ExactReport};
+use super::obstacle::Obstacle;
+use super::paper::{CombinedVertices, Correspondence, PaperMemory, PaperOptions, push_out};
+use super::warp::Warp;
+
+/// Which parts of the fit run, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FitOptions {
+    /// The paper's iterations; `None` leaves them out.
+    pub paper: Option<PaperOptions>,
+    /// The exact push-out; `None` leaves it out.
+    pub exact: Option<ExactOptions>,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { paper: Some(PaperOptions::default()), exact: Some(ExactOptions::default()) }
+    }
+}
+
+impl FitOptions {
+    /// The paper's three iterations alone.
+    pub fn paper_only() -> Self {
+        Self { exact: None, ..Self::default() }
+    }
+}
+
+/// A surface under a garment.
+#[derive(Debug, Clone, Copy)]
+pub struct Below<'a> {
+    /// The surface.
+    pub obstacle: &'a Obstacle,
+    /// Its vertices that belong to the combined vertex set of the paper's correspondences.
+    pub members: &'a [u32],
+}
+
+/// Fits one garment frame by frame. Holds what is constant for the garment and all memory that a frame needs.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    options: FitOptions,
+    waist_band: Vec<u32>,
+    solver: Warp,
+    combined: CombinedVertices,
+    correspondences: Vec<Option<Correspondence>>,
+    memory: PaperMemory,
+    exact: Option<ExactPush>,
+}
+
+impl Fit {
+    /// Prepares the fit of a garment; `waist_band` are the vertices that are held tight, if any.
+    pub fn new(topology: &Arc<Topology>, waist_band: &[u32], options: FitOptions) -> Self {
+        Self {
+            waist_band: waist_band.to_vec(),
+            solver: Warp::new(topology),
+            combined: CombinedVertices::default(),
+            correspondences: Vec::new(),
+            memory: PaperMemory::default(),
+            exact: options.exact.map(|exact| ExactPush::new(topology, exact)),
+            options,
+        }
+    }
+
+    /// Moves the vertices of the garment (m, world) out of all surfaces below it.
+    ///
+    /// # Panics
+    /// If there is not one vertex for each of the garment's topology.
+    pub fn fit(&mut self, below: &[Below<'_>], garment: &mut [Vec3]) -> ExactReport {
+        if let Some(paper) = &self.options.paper {
+            let surfaces: Vec<(&Obstacle, &[u32])> =
+                below.iter().map(|surface| (surface.obstacle, surface.members)).collect();
+            self.combined.fill(&surfaces);
+            self.combined.correspond(&surfaces, garment, &mut self.correspondences);
+            push_out(&mut self.solver, paper, &self.correspondences, &self.waist_band, garment, &mut self.memory);
+        }
+        let Some(exact) = &mut self.exact else { return ExactReport::default() };
+        let obstacles: Vec<&Obstacle> = below.iter().map(|surface| surface.obstacle).collect();
+        exact.run(&mut self.solver, &obstacles, garment)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Below, Fit, FitOptions};
+    use crate::refine::obstacle::Obstacle;
+    use crate::refine::penetration::measure;
+    use modiste_core::shapes::icosphere;
+    use modiste_core::{Mesh, Quat, Vec3};
+
+    /// A sphere of 0.2 m for a body, and the members of its vertex set.
+    fn body() -> (Mesh, Obstacle, Vec<u32>) {
+        let mut sphere = icosphere(4);
+        sphere.vertices.iter_mut().for_each(|v| *v *= 0.2);
+        let members = (0..sphere.vertices.len() as u32).collect();
+        let obstacle = Obstacle::single(sphere.topology.clone(), &sphere.vertices);
+        (sphere, obstacle, members)
+    }
+
+    /// A ball of cloth around the body, pushed in near one pole.
+    fn cloth(radius: f64, dent: f64) -> Mesh {
+        let mut sphere = icosphere(4);
+        let turn = Quat::from_rotation_y(0.1);
+        for vertex in &mut sphere.vertices {
+            let inward = dent * (-(*vertex - Vec3::X).length_squared() / 0.1).exp();
+            *vertex = turn * ((radius - inward) * *vertex);
+        }
+        sphere
+    }
+
+    #[test]
+    fn nothing_stays_inside_and_far_vertices_stay_where_they_are() {
+        let (sphere, obstacle, members) = body();
+        let garment = cloth(0.21, 0.03);
+        let mut fitted = garment.vertices.clone();
+        let below = [Below { obstacle: &obstacle, members: &members }];
+        let before = measure(&sphere.topology, &sphere.vertices, &garment.vertices);
+        assert!(before.count > 50 && before.worst_depth > 0.015, "{before:?}");
+        let report = Fit::new(&garment.topology, &[], FitOptions::default()).fit(&below, &mut fitted);
+        let after = measure(&sphere.topology, &sphere.vertices, &fitted);
+        assert_eq!((after.count, report.inside_after), (0, 0));
+        let still = garment.vertices.iter().zip(&fitted).filter(|(before, _)| before.x < 0.0);
+        assert!(still.clone().count() > 1000);
+        assert!(still.into_iter().all(|(before, after)| before == after));
+        // Smooth: no vertex is moved much further than its dent asks for.
+        let furthest = garment.vertices.iter().zip(&fitted).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+        assert!(furthest < 0.03, "{furthest}");
+        // No vertex of the body shows.
+        let shows = measure(&garment.topology, &fitted, &sphere.vertices);
+        assert_eq!(shows.count, sphere.vertices.len(), "all of the body is inside the cloth");
+    }
+
+    #[test]
+    fn the_papers_iterations_alone_leave_less_than_they_found() {
+        let (sphere, obstacle, members) = body();
+        let garment = cloth(0.205, 0.02);
+        let mut fitted = garment.vertices.clone();
+        let below = [Below { obstacle: &obstacle, members: &members }];
+        Fit::new(&garment.topology, &[], FitOptions::paper_only()).fit(&below, &mut fitted);
+        let before = measure(&sphere.topology, &sphere.vertices, &garment.vertices);
+        let after = measure(&sphere.topology, &sphere.vertices, &fitted);
+        assert!(after.worst_depth < 0.2 * before.worst_depth, "{before:?} {after:?}");
+    }
+
+    #[test]
+    fn the_fit_turns_with_the_world() {
+        let (sphere, obstacle, members) = body();
+        let garment = cloth(0.205, 0.02);
+        let turn = Quat::from_rotation_x(0.4) * Quat::from_rotation_y(-1.0) * Quat::from_rotation_z(2.0);
+        let shift = Vec3::new(1.0, -2.0, 0.5);
+        let moved = |x: &[Vec3]| -> Vec<Vec3> { x.iter().map(|v| turn * *v + shift).collect() };
+        let run = |obstacle: &Obstacle, mut vertices: Vec<Vec3>| {
+            let below = [Below { obstacle, members: &members }];
+            Fit::new(&garment.topology, &[], FitOptions::default()).fit(&below, &mut vertices);
+            vertices
+        };
+        let plain = run(&obstacle, garment.vertices.clone());
+        let turned = Obstacle::single(sphere.topology.clone(), &moved(&sphere.vertices));
+        let turned = run(&turned, moved(&garment.vertices));
+        for (a, b) in moved(&plain).iter().zip(&turned) {
+            assert!(a.distance(*b) < 1e-6, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn an_outer_layer_ends_outside_the_inner() {
+        let (sphere, obstacle, members) = body();
+        let inner = cloth(0.21, 0.0);
+        let inner_surface = Obstacle::single(inner.topology.clone(), &inner.vertices);
+        let inner_members: Vec<u32> = (0..inner.vertices.len() as u32).collect();
+        let outer = cloth(0.215, 0.02);
+        let mut fitted = outer.vertices.clone();
+        let below = [
+            Below { obstacle: &obstacle, members: &members[..0] },
+            Below { obstacle: &inner_surface, members: &inner_members },
+        ];
+        assert!(measure(&inner.topology, &inner.vertices, &outer.vertices).count > 20);
+        Fit::new(&outer.topology, &[], FitOptions::default()).fit(&below, &mut fitted);
+        assert_eq!(measure(&inner.topology, &inner.vertices, &fitted).count, 0);
+        assert_eq!(measure(&sphere.topology, &sphere.vertices, &fitted).count, 0);
+    }
+
+    #[test]
+    fn the_waist_band_is_drawn_to_the_body() {
+        let (_, obstacle, members) = body();
+        let garment = cloth(0.23, 0.0);
+        let band: Vec<u32> =
+            (0u32..).zip(&garment.vertices).filter(|(_, v)| v.y.abs() < 0.02).map(|(vertex, _)| vertex).collect();
+        let below = [Below { obstacle: &obstacle, members: &members }];
+        let mut fitted = garment.vertices.clone();
+        Fit::new(&garment.topology, &band, FitOptions::default()).fit(&below, &mut fitted);
+        let mean = |x: &[Vec3]| band.iter().map(|&v| x[v as usize].length() - 0.2).sum::<f64>() / band.len() as f64;
+        assert!(mean(&fitted) < 0.6 * mean(&garment.vertices), "{} {}", mean(&fitted), mean(&garment.vertices));
+    }
+}

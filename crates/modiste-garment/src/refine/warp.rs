@@ -1,0 +1,343 @@
+//! The smooth warp: where to move the vertices of a garment so that some of them get where they must.
+
+use modiste_core::{Mat3, Topology, Vec3};
+
+/// How far a warp reaches and how exactly it is solved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WarpOptions {
+    /// Rings of vertices around the constrained ones that may move. The warp dies out by about e a ring.
+    pub rings: usize,
+    /// Residual, relative to the right-hand side, at which the solution is accepted.
+    pub accuracy: f64,
+}
+
+impl Default for WarpOptions {
+    fn default() -> Self {
+        Self { rings: 8, accuracy: DEFAULT_ACCURACY }
+    }
+}
+
+/// A thousandth of a push of a centimetre is a hundredth of a millimetre.
+pub const DEFAULT_ACCURACY: f64 = 1e-3;
+
+/// Weights of the two terms that hold a warp back.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stiffness {
+    /// Weight of the smoothness of the warp, λ_s.
+    pub smooth: f64,
+    /// Weight of the warp itself, λ_d.
+    pub damping: f64,
+}
+
+/// Asks a vertex to move by `gap` (m) along a unit normal: the term `weight (n·u - gap)²`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Push {
+    pub(crate) vertex: u32,
+    pub(crate) normal: Vec3,
+    pub(crate) gap: f64,
+    pub(crate) weight: f64,
+}
+
+/// Asks a vertex to move by an offset (m): the term `weight |u - offset|²`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pull {
+    pub(crate) vertex: u32,
+    pub(crate) offset: Vec3,
+    pub(crate) weight: f64,
+}
+
+/// Minimises, over the warp `u` of the vertices,
+/// `Σ w (n·u - g)² + λ_s Σ |u_i - mean of u_j over neighbours|² + λ_d Σ |u_i|² + Σ w |u - o|²` (DRAPE §5).
+///
+/// Conjugate gradients with the 3×3 blocks of the diagonal for preconditioner, on the neighbourhood of the pushed
+/// vertices only; u is zero elsewhere.
+#[derive(Debug, Clone)]
+pub(crate) struct Warp {
+    topology: std::sync::Arc<Topology>,
+    /// Rows of LᵀL, with L = 1 - (mean over neighbours); the diagonal comes first in each row.
+    starts: Vec<u32>,
+    columns: Vec<u32>,
+    values: Vec<f64>,
+    scratch: Scratch,
+}
+
+/// Memory of a solve; vectors over all vertices are zero outside the region.
+#[derive(Debug, Clone, Default)]
+struct Scratch {
+    region: Vec<u32>,
+    in_region: Vec<bool>,
+    inverse: Vec<Mat3>,
+    block: Vec<Mat3>,
+    residual: Vec<Vec3>,
+    direction: Vec<Vec3>,
+    preconditioned: Vec<Vec3>,
+    image: Vec<Vec3>,
+}
+
+impl Warp {
+    pub(crate) fn new(topology: &std::sync::Arc<Topology>) -> Self {
+        let n = topology.vertex_count();
+        let weight = |vertex: u32| 1.0 / topology.neighbours(vertex as usize).len().max(1) as f64;
+        let (mut starts, mut columns, mut values) = (vec![0u32], Vec::new(), Vec::new());
+        let mut sum = vec![0.0; n];
+        let mut touched: Vec<u32> = Vec::new();
+        for i in 0..n as u32 {
+            // (LᵀL)_ij = Σ_k L_ki L_kj over k = i and its neighbours.
+            let mut add = |j: u32, value: f64| {
+                if !touched.contains(&j) {
+                    touched.push(j);
+                }
+                sum[j as usize] += value;
+            };
+            let neighbours = topology.neighbours(i as usize);
+            add(i, 1.0);
+            neighbours.iter().for_each(|&j| add(j, -weight(i)));
+            for &k in neighbours {
+                let entry = -weight(k);
+                add(k, entry);
+                topology.neighbours(k as usize).iter().for_each(|&j| add(j, entry * -weight(k)));
+            }
+            for j in touched.drain(..) {
+                columns.push(j);
+                values.push(std::mem::take(&mut sum[j as usize]));
+            }
+            starts.push(columns.len() as u32);
+        }
+        let scratch = Scratch {
+            in_region: vec![false; n],
+            inverse: vec![Mat3::ZERO; n],
+            block: vec![Mat3::ZERO; n],
+            residual: vec![Vec3::ZERO; n],
+            direction: vec![Vec3::ZERO; n],
+            preconditioned: vec![Vec3::ZERO; n],
+            image: vec![Vec3::ZERO; n],
+            ..Scratch::default()
+        };
+        Self { topology: topology.clone(), starts, columns, values, scratch }
+    }
+
+    /// The vertices that the last solve could move.
+    pub(crate) fn region(&self) -> &[u32] {
+        &self.scratch.region
+    }
+
+    /// Solves for `warp` (m, one per vertex), which holds a first guess or zeros and is zero outside the region
+    /// afterwards. Returns the number of iterations.
+    pub(crate) fn solve(
+        &mut self,
+        stiffness: Stiffness,
+        pushes: &[Push],
+        pulls: &[Pull],
+        options: WarpOptions,
+        warp: &mut [Vec3],
+    ) -> usize {
+        warp.fill(Vec3::ZERO);
+        self.grow_region(pushes, pulls, options.rings);
+        if self.scratch.region.is_empty() {
+            return 0;
+        }
+        self.prepare(stiffness, pushes, pulls);
+        self.iterate(stiffness.smooth, options.accuracy, warp)
+    }
+
+    /// The constrained vertices and some rings around them.
+    fn grow_region(&mut self, pushes: &[Push], pulls: &[Pull], rings: usize) {
+        let Scratch { region, in_region, .. } = &mut self.scratch;
+        for vertex in region.drain(..) {
+            in_region[vertex as usize] = false;
+        }
+        let mut add = |vertex: u32, region: &mut Vec<u32>| {
+            if !std::mem::replace(&mut in_region[vertex as usize], true) {
+                region.push(vertex);
+            }
+        };
+        pushes.iter().for_each(|push| add(push.vertex, region));
+        pulls.iter().for_each(|pull| add(pull.vertex, region));
+        let mut ring = 0;
+        for _ in 0..rings {
+            let end = region.len();
+            for index in ring..end {
+                for &neighbour in self.topology.neighbours(region[index] as usize) {
+                    add(neighbour, region);
+                }
+            }
+            ring = end;
+        }
+        // In order of the vertices, memory is read in order.
+        region.sort_unstable();
+    }
+
+    /// Blocks of the diagonal, their inverses, and the right-hand side as first residual.
+    fn prepare(&mut self, stiffness: Stiffness, pushes: &[Push], pulls: &[Pull]) {
+        let Scratch { region, inverse, block, residual, direction, preconditioned, .. } = &mut self.scratch;
+        direction.fill(Vec3::ZERO);
+        preconditioned.fill(Vec3::ZERO);
+        for &vertex in region.iter() {
+            let i = vertex as usize;
+            block[i] = Mat3::from_diagonal(Vec3::splat(stiffness.damping));
+            residual[i] = Vec3::ZERO;
+        }
+        for push in pushes {
+            let i = push.vertex as usize;
+            let weighted = push.weight * push.normal;
+            block[i] += Mat3::from_cols(
+                weighted * push.normal.x,
+                weighted * push.normal.y,
+                weighted * push.normal.z,
+            );
+            residual[i] += push.gap * weighted;
+        }
+        for pull in pulls {
+            let i = pull.vertex as usize;
+            block[i] += Mat3::from_diagonal(Vec3::splat(pull.weight));
+            residual[i] += pull.weight * pull.offset;
+        }
+        for &vertex in region.iter() {
+            let i = vertex as usize;
+            let smooth = stiffness.smooth * self.values[self.starts[i] as usize];
+            inverse[i] = (block[i] + Mat3::from_diagonal(Vec3::splat(smooth))).inverse();
+        }
+    }
+
+    fn iterate(&mut self, smooth: f64, accuracy: f64, warp: &mut [Vec3]) -> usize {
+        let Scratch { region, inverse, block, residual, direction, preconditioned, image, .. } = &mut self.scratch;
+        let wanted = accuracy * accuracy * region.iter().map(|&i| residual[i as usize].length_squared()).sum::<f64>();
+        let mut product = 0.0;
+        for &i in region.iter() {
+            let i = i as usize;
+            direction[i] = inverse[i] * residual[i];
+            product += direction[i].dot(residual[i]);
+        }
+        for iteration in 1..=MAX_ITERATIONS {
+            let mut curvature = 0.0;
+            for &i in region.iter() {
+                let i = i as usize;
+                let mut sum = Vec3::ZERO;
+                for entry in self.starts[i] as usize..self.starts[i + 1] as usize {
+                    sum += self.values[entry] * direction[self.columns[entry] as usize];
+                }
+                image[i] = smooth * sum + block[i] * direction[i];
+                curvature += image[i].dot(direction[i]);
+            }
+            if curvature <= 0.0 {
+                return iteration;
+            }
+            let step = product / curvature;
+            let (mut left, mut next) = (0.0, 0.0);
+            for &i in region.iter() {
+                let i = i as usize;
+                warp[i] += step * direction[i];
+                residual[i] -= step * image[i];
+                preconditioned[i] = inverse[i] * residual[i];
+                left += residual[i].length_squared();
+                next += residual[i].dot(preconditioned[i]);
+            }
+            if left <= wanted {
+                return iteration;
+            }
+            let keep = next / product;
+            product = next;
+            for &i in region.iter() {
+                let i = i as usize;
+                direction[i] = preconditioned[i] + keep * direction[i];
+            }
+        }
+        MAX_ITERATIONS
+    }
+}
+
+/// Far more than the blocks of the diagonal ever need.
+const MAX_ITERATIONS: usize = 300;
+
+#[cfg(test)]
+mod tests {
+    use super::{Pull, Push, Stiffness, Warp, WarpOptions};
+    use modiste_core::shapes::icosphere;
+    use modiste_core::{Matrix, Vec3, normal, seeded_rng, solve_spd};
+
+    /// Some pushes and pulls near one pole of a sphere.
+    fn constraints(vertices: &[Vec3]) -> (Vec<Push>, Vec<Pull>) {
+        let mut rng = seeded_rng(4);
+        let near = (0u32..).zip(vertices).filter(|(_, v)| v.y > 0.7);
+        let mut pushes: Vec<Push> = near
+            .map(|(vertex, v)| Push { vertex, normal: *v, gap: 0.01 * (1.0 + normal(&mut rng)), weight: 1.0 })
+            .collect();
+        pushes.push(Push { normal: Vec3::X, weight: 3.0, ..pushes[0] });
+        let pulls = vec![Pull { vertex: pushes[1].vertex, offset: Vec3::new(0.01, 0.0, 0.02), weight: 0.2 }];
+        (pushes, pulls)
+    }
+
+    /// The same minimum by a dense solve of the normal equations.
+    fn dense(topology: &modiste_core::Topology, stiffness: Stiffness, pushes: &[Push], pulls: &[Pull]) -> Vec<Vec3> {
+        let n = topology.vertex_count();
+        let laplacian = Matrix::from_fn(n, n, |i, j| {
+            let neighbours = topology.neighbours(i);
+            if i == j {
+                1.0
+            } else if neighbours.contains(&(j as u32)) {
+                -1.0 / neighbours.len() as f64
+            } else {
+                0.0
+            }
+        });
+        let smooth = laplacian.transpose_matmul(&laplacian);
+        let mut a = Matrix::from_fn(3 * n, 3 * n, |i, j| {
+            let same = if i == j { stiffness.damping } else { 0.0 };
+            same + if i % 3 == j % 3 { stiffness.smooth * smooth[(i / 3, j / 3)] } else { 0.0 }
+        });
+        let mut b = Matrix::zeros(3 * n, 1);
+        for push in pushes {
+            let (at, normal) = (3 * push.vertex as usize, push.normal.to_array());
+            for i in 0..3 {
+                b[(at + i, 0)] += push.weight * push.gap * normal[i];
+                for j in 0..3 {
+                    a[(at + i, at + j)] += push.weight * normal[i] * normal[j];
+                }
+            }
+        }
+        for pull in pulls {
+            let (at, offset) = (3 * pull.vertex as usize, pull.offset.to_array());
+            for i in 0..3 {
+                b[(at + i, 0)] += pull.weight * offset[i];
+                a[(at + i, at + i)] += pull.weight;
+            }
+        }
+        let x = solve_spd(&a, &b).unwrap();
+        (0..n).map(|i| Vec3::new(x[(3 * i, 0)], x[(3 * i + 1, 0)], x[(3 * i + 2, 0)])).collect()
+    }
+
+    #[test]
+    fn conjugate_gradients_reach_the_dense_solution_at_any_accuracy() {
+        let sphere = icosphere(2);
+        let (pushes, pulls) = constraints(&sphere.vertices);
+        let stiffness = Stiffness { smooth: 4.0, damping: 0.8 };
+        let wanted = dense(&sphere.topology, stiffness, &pushes, &pulls);
+        let scale = wanted.iter().map(|u| u.length()).fold(0.0, f64::max);
+        let mut warp = vec![Vec3::ZERO; wanted.len()];
+        for accuracy in [1e-2, 1e-4, 1e-6, 1e-9] {
+            let mut solver = Warp::new(&sphere.topology);
+            solver.solve(stiffness, &pushes, &pulls, WarpOptions { rings: 99, accuracy }, &mut warp);
+            let error = warp.iter().zip(&wanted).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            assert!(error < 3.0 * accuracy * scale, "{accuracy}: {error} of {scale}");
+        }
+    }
+
+    #[test]
+    fn a_few_rings_are_as_good_as_the_whole_mesh() {
+        let sphere = icosphere(4);
+        let (pushes, pulls) = constraints(&sphere.vertices);
+        let pushes: Vec<Push> = pushes.into_iter().filter(|push| sphere.vertices[push.vertex as usize].y > 0.95).collect();
+        let stiffness = Stiffness { smooth: 4.0, damping: 0.8 };
+        let mut solver = Warp::new(&sphere.topology);
+        let mut run = |rings: usize| {
+            let mut warp = vec![Vec3::ZERO; sphere.vertices.len()];
+            solver.solve(stiffness, &pushes, &pulls[..0], WarpOptions { rings, accuracy: 1e-9 }, &mut warp);
+            warp
+        };
+        let (local, whole) = (run(8), run(1000));
+        let scale = whole.iter().map(|u| u.length()).fold(0.0, f64::max);
+        let error = local.iter().zip(&whole).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+        assert!(error < 1e-3 * scale, "{error} of {scale}");
+        assert!(local.iter().filter(|u| **u == Vec3::ZERO).count() > 500, "far vertices do not move");
+    }
+}
