@@ -3,8 +3,10 @@
 mod dynamics;
 mod dynamics_training;
 mod features;
+mod file;
 mod gradient;
 mod leave_one_out;
+mod load;
 mod model;
 mod shape;
 mod synthesis;
@@ -13,6 +15,7 @@ mod wrinkle;
 
 pub use dynamics::{Dynamics, DynamicsState};
 pub use dynamics_training::{DynamicsOptions, DynamicsTraining, learn as learn_dynamics};
+pub use file::KIND;
 pub use features::{InputOptions, PoseInputs};
 pub use leave_one_out::{LeaveOneOut, Placement, leave_one_out};
 pub use model::{DrapeModel, Provenance, TrainOptions};

@@ -1,0 +1,254 @@
+//! The model file of a garment.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use modiste_body::{Gender, Part};
+use modiste_core::{Matrix, QuantisedBasis, Topology, Vec3};
+use modiste_io::IoError;
+use modiste_io::model::{Header, ModelFile, Writer};
+
+use super::dynamics::Dynamics;
+use super::features::{InputOptions, PoseInputs};
+use super::gradient::PER_FACE;
+use super::model::{DrapeModel, Provenance};
+use super::shape::ShapeModel;
+use super::training_set::Garment;
+use super::wrinkle::{WrinkleFrame, WrinkleModel};
+use crate::GarmentError;
+
+/// Kind of the model file.
+pub const KIND: &str = "garment";
+
+/// Names of the blocks of eq. 5 in the file.
+const BLOCKS: [&str; 6] = ["m", "M1", "M2", "M3", "M4", "M5"];
+
+impl DrapeModel {
+    /// Writes the model, whole or not at all.
+    ///
+    /// # Errors
+    /// [`GarmentError::Io`] with the path and the reason.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), GarmentError> {
+        let name = path.as_ref().display().to_string();
+        Ok(modiste_io::write_bytes(path.as_ref(), &self.to_bytes(&name)?)?)
+    }
+
+    /// The model file as bytes; `name` stands for it in errors.
+    ///
+    /// # Errors
+    /// [`GarmentError::Io`] with the reason.
+    pub fn to_bytes(&self, name: &str) -> Result<Vec<u8>, GarmentError> {
+        let Self { garment, shape, wrinkle, dynamics, .. } = self;
+        let (vertices, faces) = (garment.topology.vertex_count(), garment.topology.face_count());
+        let mut writer = Writer::new(self.header());
+        let corners: Vec<u32> = garment.topology.faces().as_flattened().to_vec();
+        let uv: Vec<f32> = garment.uv.as_flattened().as_flattened().to_vec();
+        let template: Vec<f64> = garment.template.iter().flat_map(|vertex| vertex.to_array()).collect();
+        writer.add_u32("faces", &[faces, 3], corners);
+        writer.add_u8("face_parts", &[faces], part_bytes(&garment.face_parts));
+        writer.add_f64("template", &[vertices, 3], template);
+        writer.add_u32("waist_band", &[garment.waist_band.len()], garment.waist_band.clone());
+        writer.add_u32("anchors", &[garment.anchors.len(), 2], garment.anchors.as_flattened().to_vec());
+        writer.add_f32("uv", &[faces, 3, 2], uv);
+        add_basis(&mut writer, "shape", &shape.mean, &shape.basis, &shape.std_devs, shape.total_variance);
+        writer.add_f64("W", &[shape.regression.rows, shape.regression.cols], shape.regression.data.clone());
+        add_basis(&mut writer, "wrinkle", &wrinkle.mean, &wrinkle.basis, &wrinkle.std_devs, wrinkle.total_variance);
+        writer.add_u8("pose_parts", &[dynamics.inputs.parts().len()], part_bytes(dynamics.inputs.parts()));
+        for (block, matrix) in BLOCKS.into_iter().zip(dynamics.matrices()) {
+            writer.add_f64(block, &[matrix.rows, matrix.cols], matrix.data);
+        }
+        let fixed = &dynamics.static_coefficients;
+        writer.add_f64("static", &[fixed.rows, fixed.cols], fixed.data.clone());
+        Ok(writer.to_bytes(name)?)
+    }
+
+    fn header(&self) -> Header {
+        let Self { garment, shape, wrinkle, dynamics, provenance, .. } = self;
+        let options = dynamics.inputs.options();
+        let frame = match wrinkle.frame {
+            WrinkleFrame::Pelvis => "pelvis",
+            WrinkleFrame::Part => "part",
+        };
+        let dimensions = [
+            ("vertices", garment.topology.vertex_count()),
+            ("faces", garment.topology.face_count()),
+            ("waist_band", garment.waist_band.len()),
+            ("anchors", garment.anchors.len()),
+            ("body_shape", shape.body_count()),
+            ("garment_shape", shape.count()),
+            ("wrinkles", wrinkle.count()),
+            ("pose_parts", dynamics.inputs.parts().len()),
+        ];
+        let attributes = [
+            ("garment", garment.name.clone()),
+            ("gender", garment.gender.name().to_owned()),
+            ("fps", self.fps.to_string()),
+            ("wrinkle_frame", frame.to_owned()),
+            ("input_gravity", options.gravity.to_string()),
+            ("input_pelvis_turn", options.pelvis_turn.to_string()),
+        ];
+        Header {
+            kind: KIND.to_owned(),
+            units: "m, kg, s, rad".to_owned(),
+            dimensions: dimensions.map(|(name, size)| (name.to_owned(), size)).into(),
+            seed: provenance.seed,
+            sources: provenance.sources.iter().cloned().collect::<BTreeMap<_, _>>(),
+            licence: provenance.licence.clone(),
+            command: provenance.command.clone(),
+            attributes: attributes.map(|(name, value)| (name.to_owned(), value)).into(),
+            ..Header::default()
+        }
+    }
+
+    /// Reads a model.
+    ///
+    /// # Errors
+    /// [`GarmentError`] naming the file, the tensor or field, what was wanted and what was found.
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, GarmentError> {
+        let path = path.as_ref();
+        Self::from_file(&ModelFile::read(path, KIND)?, &path.display().to_string())
+    }
+
+    /// Reads a model from bytes; `name` stands for the file in errors.
+    ///
+    /// # Errors
+    /// As [`Self::load`].
+    pub fn parse(bytes: Vec<u8>, name: &str) -> Result<Self, GarmentError> {
+        Self::from_file(&ModelFile::parse(bytes, KIND, name)?, name)
+    }
+
+    fn from_file(file: &ModelFile, name: &str) -> Result<Self, GarmentError> {
+        let garment = read_garment(file, name)?;
+        let faces = garment.topology.face_count();
+        let (body_shape, garment_shape) = (file.dimension("body_shape")?, file.dimension("garment_shape")?);
+        let (mean, basis, std_devs, total_variance) = read_basis(file, name, "shape", faces, garment_shape)?;
+        let regression = matrix(file, "W", body_shape + 1, garment_shape)?;
+        let shape = ShapeModel { mean, basis, std_devs, regression, total_variance };
+        let wrinkles = file.dimension("wrinkles")?;
+        let (mean, basis, std_devs, total_variance) = read_basis(file, name, "wrinkle", faces, wrinkles)?;
+        let frame = match file.attribute("wrinkle_frame")? {
+            "pelvis" => WrinkleFrame::Pelvis,
+            "part" => WrinkleFrame::Part,
+            other => return Err(attribute_error(name, "wrinkle_frame", "\"pelvis\" or \"part\"", other)),
+        };
+        let wrinkle = WrinkleModel { frame, mean, basis, std_devs, total_variance };
+        let dynamics = read_dynamics(file, name, wrinkles)?;
+        let fps = parsed(file, name, "fps", "a positive number", |&fps: &f64| fps.is_finite() && fps > 0.0)?;
+        let header = file.header();
+        let provenance = Provenance {
+            seed: header.seed,
+            sources: header.sources.clone().into_iter().collect(),
+            licence: header.licence.clone(),
+            command: header.command.clone(),
+        };
+        Self::assemble(garment, shape, wrinkle, dynamics, fps, provenance)
+    }
+}
+
+fn part_bytes(parts: &[Part]) -> Vec<u8> {
+    parts.iter().map(|part| part.index() as u8).collect()
+}
+
+fn add_basis(
+    writer: &mut Writer<'_>,
+    name: &str,
+    mean: &[f32],
+    basis: &QuantisedBasis,
+    std_devs: &[f64],
+    total_variance: f64,
+) {
+    writer.add_f32(&format!("{name}_mean"), &[mean.len()], mean.to_vec());
+    writer.add_f32(&format!("{name}_scales"), &[basis.count()], basis.scales().to_vec());
+    writer.add_i16(&format!("{name}_basis"), &[basis.count(), basis.dimensions()], basis.values().to_vec());
+    writer.add_f64(&format!("{name}_std_devs"), &[std_devs.len()], std_devs.to_vec());
+    writer.add_f64(&format!("{name}_total_variance"), &[1], vec![total_variance]);
+}
+
+type Basis = (Vec<f32>, QuantisedBasis, Vec<f64>, f64);
+
+fn read_basis(file: &ModelFile, name: &str, basis: &str, faces: usize, count: usize) -> Result<Basis, GarmentError> {
+    let dimensions = PER_FACE * faces;
+    let mean = file.f32(&format!("{basis}_mean"), &[dimensions])?;
+    let scales = file.f32(&format!("{basis}_scales"), &[count])?;
+    let values = file.i16(&format!("{basis}_basis"), &[count, dimensions])?;
+    let std_devs = file.f64(&format!("{basis}_std_devs"), &[count])?;
+    let total_variance = file.f64(&format!("{basis}_total_variance"), &[1])?[0];
+    let quantised = QuantisedBasis::from_parts(scales, values, dimensions)
+        .map_err(|error| IoError::field(name, format!("tensor \"{basis}_basis\""), "a basis", error))?;
+    Ok((mean, quantised, std_devs, total_variance))
+}
+
+fn read_garment(file: &ModelFile, name: &str) -> Result<Garment, GarmentError> {
+    let (vertices, faces) = (file.dimension("vertices")?, file.dimension("faces")?);
+    let corners = file.u32("faces", &[faces, 3])?;
+    let garment = file.attribute("garment")?.to_owned();
+    let topology = Topology::new(vertices, corners.as_chunks::<3>().0.to_vec())
+        .map_err(|source| GarmentError::Topology { garment: format!("{name}, {garment}"), source })?;
+    let gender = file.attribute("gender")?;
+    let gender = Gender::from_name(gender).ok_or_else(|| attribute_error(name, "gender", "female or male", gender))?;
+    let template = file.f64("template", &[vertices, 3])?;
+    let anchors = file.u32("anchors", &[file.dimension("anchors")?, 2])?;
+    let uv = file.f32("uv", &[faces, 3, 2])?;
+    let corner_uv: Vec<[f32; 2]> = uv.as_chunks::<2>().0.to_vec();
+    Ok(Garment {
+        gender,
+        topology: Arc::new(topology),
+        face_parts: read_parts(file, name, "face_parts", faces)?,
+        template: template.as_chunks::<3>().0.iter().map(|&vertex| Vec3::from_array(vertex)).collect(),
+        waist_band: file.u32("waist_band", &[file.dimension("waist_band")?])?,
+        anchors: anchors.as_chunks::<2>().0.to_vec(),
+        uv: corner_uv.as_chunks::<3>().0.to_vec(),
+        name: garment,
+    })
+}
+
+fn read_parts(file: &ModelFile, name: &str, tensor: &str, count: usize) -> Result<Vec<Part>, GarmentError> {
+    let bytes = file.u8(tensor, &[count])?;
+    let part = |&index: &u8| {
+        Part::from_index(usize::from(index)).ok_or_else(|| {
+            let wanted = format!("parts below {}", Part::COUNT);
+            IoError::field(name, format!("tensor \"{tensor}\""), wanted, index).into()
+        })
+    };
+    bytes.iter().map(part).collect()
+}
+
+fn read_dynamics(file: &ModelFile, name: &str, wrinkles: usize) -> Result<Dynamics, GarmentError> {
+    let parts = read_parts(file, name, "pose_parts", file.dimension("pose_parts")?)?;
+    let anything = |_: &bool| true;
+    let options = InputOptions {
+        gravity: parsed(file, name, "input_gravity", "true or false", anything)?,
+        pelvis_turn: parsed(file, name, "input_pelvis_turn", "true or false", anything)?,
+        // Which parts it chose is in the list of parts.
+        neighbours: false,
+    };
+    let inputs = PoseInputs::from_parts(parts, options);
+    let (pose, change) = (inputs.pose_count(), inputs.change_count());
+    let mut rows = Vec::new();
+    for (block, count) in BLOCKS.into_iter().zip([1, pose, wrinkles, wrinkles, change, change]) {
+        rows.extend(file.f64(block, &[count, wrinkles])?);
+    }
+    let coefficients = Matrix { rows: rows.len() / wrinkles.max(1), cols: wrinkles, data: rows };
+    let static_coefficients = matrix(file, "static", 1 + pose, wrinkles)?;
+    Ok(Dynamics { inputs, coefficients, static_coefficients })
+}
+
+fn matrix(file: &ModelFile, name: &str, rows: usize, cols: usize) -> Result<Matrix, GarmentError> {
+    Ok(Matrix { rows, cols, data: file.f64(name, &[rows, cols])? })
+}
+
+fn parsed<T: std::str::FromStr>(
+    file: &ModelFile,
+    name: &str,
+    attribute: &str,
+    wanted: &str,
+    allowed: impl Fn(&T) -> bool,
+) -> Result<T, GarmentError> {
+    let text = file.attribute(attribute)?;
+    text.parse().ok().filter(allowed).ok_or_else(|| attribute_error(name, attribute, wanted, text))
+}
+
+fn attribute_error(name: &str, attribute: &str, wanted: &str, found: &str) -> GarmentError {
+    IoError::field(name, format!("attribute \"{attribute}\""), wanted, format!("\"{found}\"")).into()
+}
