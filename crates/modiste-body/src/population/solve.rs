@@ -1,0 +1,164 @@
+//! One body for one subject: regularised least squares by Gauss-Newton with bounds.
+
+use modiste_core::{Matrix, SolveError, Vec3, solve_spd};
+
+use super::space::{BodySpace, FunctionalGradients};
+use super::subject::{ANSUR_QUANTITIES, Subject};
+use crate::makehuman::BODY_VERTEX_COUNT;
+use crate::{MeasureTemplate, Measurements, measure};
+
+const MAX_ITERATIONS: usize = 14;
+
+/// Relative fall of the cost below which a solve has converged.
+const COST_TOLERANCE: f64 = 1e-3;
+
+/// A solved body.
+#[derive(Debug, Clone)]
+pub struct SolvedBody {
+    /// Values of the unknowns.
+    pub values: Vec<f64>,
+    /// Points (body vertices, then joints; m) in the template pose.
+    pub points: Vec<Vec3>,
+    /// What they measure.
+    pub measurements: Measurements,
+}
+
+/// Finds the body nearest to the random person `start` that measures as the subject does.
+///
+/// Minimises `Σ ((m - target) / tolerance)² + Σ ((x - start) / reach)²` within bounds. The starting point is a draw of
+/// the prior, so what the measurements do not determine keeps the variation of the population.
+///
+/// # Errors
+/// When the normal equations cannot be solved.
+pub fn solve_subject(
+    space: &BodySpace<'_>,
+    template: &MeasureTemplate,
+    subject: &Subject,
+    start: &[f64],
+) -> Result<SolvedBody, SolveError> {
+    let problem = Problem { space, template, subject, start };
+    let mut state = problem.evaluate(start.to_vec());
+    for _ in 0..MAX_ITERATIONS {
+        let step = problem.step(&state)?;
+        let mut better = None;
+        for halving in 0..5 {
+            let scale = 0.5_f64.powi(halving);
+            let candidate = problem.evaluate(problem.clamped(&state.values, &step, scale));
+            if candidate.cost < state.cost {
+                better = Some(candidate);
+                break;
+            }
+        }
+        let Some(next) = better else { break };
+        let converged = state.cost - next.cost < COST_TOLERANCE * state.cost;
+        state = next;
+        if converged {
+            break;
+        }
+    }
+    let measurements = measure(template, &state.points[..BODY_VERTEX_COUNT]);
+    Ok(SolvedBody { values: state.values, points: state.points, measurements })
+}
+
+struct Problem<'a> {
+    space: &'a BodySpace<'a>,
+    template: &'a MeasureTemplate,
+    subject: &'a Subject,
+    start: &'a [f64],
+}
+
+struct State {
+    values: Vec<f64>,
+    points: Vec<Vec3>,
+    cost: f64,
+}
+
+impl Problem<'_> {
+    fn evaluate(&self, values: Vec<f64>) -> State {
+        let points = self.space.points(&values);
+        let measured = measure(self.template, &points[..BODY_VERTEX_COUNT]);
+        let data: f64 = ANSUR_QUANTITIES
+            .iter()
+            .zip(self.subject.measurements)
+            .map(|(q, target)| ((measured.get(q.quantity) - target) / q.tolerance).powi(2))
+            .sum();
+        let prior: f64 = self
+            .space
+            .unknowns()
+            .iter()
+            .zip(values.iter().zip(self.start))
+            .filter(|(unknown, _)| unknown.reach > 0.0)
+            .map(|(unknown, (value, start))| ((value - start) / unknown.reach).powi(2))
+            .sum();
+        State { values, points, cost: data + prior }
+    }
+
+    fn clamped(&self, values: &[f64], step: &[f64], scale: f64) -> Vec<f64> {
+        let bounded = |((value, step), unknown): ((&f64, &f64), &super::space::Unknown)| {
+            (value + scale * step).clamp(unknown.lowest, unknown.highest)
+        };
+        values.iter().zip(step).zip(self.space.unknowns()).map(bounded).collect()
+    }
+
+    /// The Gauss-Newton step; unknowns at a bound that it would push out are held there.
+    fn step(&self, state: &State) -> Result<Vec<f64>, SolveError> {
+        let vertices = &state.points[..BODY_VERTEX_COUNT];
+        let mut residuals = Vec::new();
+        let mut gradients = Vec::new();
+        for (q, target) in ANSUR_QUANTITIES.iter().zip(self.subject.measurements) {
+            let (value, gradient) = self.template.quantity_with_gradient(q.quantity, vertices);
+            residuals.push((value - target) / q.tolerance);
+            gradients.push(gradient);
+        }
+        let mut jacobian = self.space.pull_back(&state.values, &FunctionalGradients::new(gradients));
+        for row in &mut jacobian {
+            for (entry, q) in row.iter_mut().zip(ANSUR_QUANTITIES) {
+                *entry /= q.tolerance;
+            }
+        }
+        let mut free: Vec<usize> =
+            (0..jacobian.len()).filter(|&index| self.space.unknowns()[index].reach > 0.0).collect();
+        loop {
+            let step = self.step_of(&jacobian, &residuals, state, &free)?;
+            let pushes_out = |&index: &usize| {
+                let unknown = &self.space.unknowns()[index];
+                let value = state.values[index];
+                (value <= unknown.lowest && step[index] < 0.0) || (value >= unknown.highest && step[index] > 0.0)
+            };
+            let before = free.len();
+            free.retain(|index| !pushes_out(index));
+            if free.len() == before {
+                return Ok(step);
+            }
+        }
+    }
+
+    /// `(JᵀJ + Λ) δ = -Jᵀr - Λ (x - start)` over the free unknowns, with `Λ = reach⁻²`.
+    fn step_of(
+        &self,
+        jacobian: &[Vec<f64>],
+        residuals: &[f64],
+        state: &State,
+        free: &[usize],
+    ) -> Result<Vec<f64>, SolveError> {
+        let mut normal = Matrix::zeros(free.len(), free.len());
+        let mut rhs = Matrix::zeros(free.len(), 1);
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        for (i, &p) in free.iter().enumerate() {
+            for (j, &q) in free.iter().enumerate().take(i + 1) {
+                let entry = dot(&jacobian[p], &jacobian[q]);
+                normal[(i, j)] = entry;
+                normal[(j, i)] = entry;
+            }
+            let stiffness = self.space.unknowns()[p].reach.powi(-2);
+            normal[(i, i)] += stiffness;
+            rhs[(i, 0)] = -dot(&jacobian[p], residuals) - stiffness * (state.values[p] - self.start[p]);
+        }
+        let solution = solve_spd(&normal, &rhs)?;
+        let mut step = vec![0.0; jacobian.len()];
+        for (i, &p) in free.iter().enumerate() {
+            step[p] = solution[(i, 0)];
+        }
+        Ok(step)
+    }
+}
