@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use modiste_core::{Topology, TopologyError, Vec3};
 use modiste_io::IoError;
-use modiste_io::makehuman::MakeHumanFiles;
+use modiste_io::makehuman::{BODY_VERTEX_COUNT, MakeHumanFiles, SkinWeights};
 use modiste_io::obj::Polygons;
 
 use super::parameters::ParameterTable;
-use super::{BODY_VERTEX_COUNT, MakeHumanModel, Offsets, Term};
+use super::{MakeHumanModel, Offsets, Term};
 use crate::{Gender, Part};
 
 /// Metres per unit of the files.
@@ -140,7 +140,7 @@ impl MakeHumanModel {
         let map = point_map(&base)?;
         let topology = Arc::new(body_topology(&base)?);
         let base_points = map.gather(|vertex| METRES_PER_DECIMETRE * base.vertices[vertex]);
-        let skin_weights = skin_weights(&files.skin_weights("cmu_mb")?, &base_points[..BODY_VERTEX_COUNT])?;
+        let skin_weights = skin_weights(&files.weights("cmu_mb")?, &base_points[..BODY_VERTEX_COUNT])?;
         let table = ParameterTable::new(gender);
         let mut terms = Vec::with_capacity(table.terms.len());
         for (names, factors) in table.terms {
@@ -166,9 +166,11 @@ impl MakeHumanModel {
 }
 
 fn add_target(files: &MakeHumanFiles, name: &str, dense: &mut [Vec3]) -> Result<bool, MakeHumanError> {
-    let Some(target) = files.target(name)? else { return Ok(false) };
+    if !files.contains(&format!("{name}.target")) {
+        return Ok(false);
+    }
     let vertex_count = dense.len();
-    for (&vertex, &offset) in target.indices.iter().zip(&target.offsets) {
+    for (vertex, offset) in files.target(name)? {
         let vertex = vertex as usize;
         let slot = dense.get_mut(vertex).ok_or_else(|| MakeHumanError::TargetVertex {
             target: name.to_owned(),
@@ -214,7 +216,7 @@ fn body_topology(base: &Polygons) -> Result<Topology, MakeHumanError> {
 
 /// Weights per body vertex: bones merged to parts, made symmetric, normalised, heaviest first.
 fn skin_weights(
-    bones: &std::collections::BTreeMap<String, Vec<(u32, f64)>>,
+    bones: &SkinWeights,
     vertices: &[Vec3],
 ) -> Result<Vec<Vec<(Part, f64)>>, MakeHumanError> {
     let mut dense = vec![[0.0; Part::COUNT]; vertices.len()];
@@ -248,9 +250,8 @@ fn mirror_vertices(vertices: &[Vec3]) -> Result<Vec<usize>, MakeHumanError> {
     let image = |p: Vec3| {
         // Rounding may fall to either side of a cell: look at the neighbours too.
         let [x, y, z] = key(Vec3::new(-p.x, p.y, p.z));
-        let near = [0, -1, 1];
-        let cells = near.iter().flat_map(|i| near.iter().flat_map(move |j| near.iter().map(move |k| [x + i, y + j, z + k])));
-        cells.into_iter().find_map(|cell| by_place.get(&cell).copied())
+        let cells = (0..27).map(|cell| [x + cell % 3 - 1, y + cell / 3 % 3 - 1, z + cell / 9 - 1]);
+        cells.into_iter().find_map(|cell: [i64; 3]| by_place.get(&cell).copied())
     };
     vertices
         .iter()

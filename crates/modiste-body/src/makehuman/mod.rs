@@ -16,11 +16,9 @@ use modiste_core::{Topology, Vec3};
 use crate::{Gender, Part};
 
 pub use load::MakeHumanError;
+pub use modiste_io::makehuman::BODY_VERTEX_COUNT;
 pub use parameters::{Parameter, ParameterKind};
 use parameters::Factor;
-
-/// Vertices of the body in MakeHuman's base mesh; helpers and joint cubes follow them there.
-pub const BODY_VERTEX_COUNT: usize = 13_380;
 
 /// A displacement of some of the points (m).
 #[derive(Debug, Clone, Default)]

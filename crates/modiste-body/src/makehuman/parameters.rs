@@ -241,7 +241,7 @@ impl ParameterTable {
             self.parameters.push(Parameter::new(&name, ParameterKind::Detail, [-1.0, 1.0], 0.0));
             for (ending, sign) in endings.into_iter().zip([-1.0, 1.0]) {
                 let sides: &[&str] = if paired { &["l", "r"] } else { &[""] };
-                let names = sides.iter().map(|side| format!("local/{}-{ending}", stem.replace("{}", side))).collect();
+                let names = sides.iter().map(|side| format!("{}-{ending}", stem.replace("{}", side))).collect();
                 self.terms.push((names, vec![Factor::Part { parameter: index, sign }]));
             }
         }
