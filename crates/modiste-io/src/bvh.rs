@@ -284,7 +284,7 @@ mod tests {
             assert_eq!(clip.joints[2].channels, [Channel::XRotation]);
             assert_eq!(clip.channel_count(), 10);
             assert_eq!(clip.frames.len(), 2);
-            assert_eq!(clip.frames[1][9], -10.0);
+            assert_eq!(clip.frames[1].last(), Some(&-10.0));
             assert!((clip.frame_time - 0.0083333).abs() < 1e-12);
         }
     }

@@ -69,8 +69,8 @@ mod tests {
     #[test]
     fn tables_keep_their_order() {
         let fabric = parse(FABRIC.as_bytes(), "f.json").unwrap();
-        assert_eq!(fabric.stretching[5], [9.0, 1.0, 9.0, 8.0]);
-        assert_eq!(fabric.bending[2][4], 7e-6);
+        assert_eq!(fabric.stretching.last(), Some(&[9.0, 1.0, 9.0, 8.0]));
+        assert_eq!(fabric.bending[2].last(), Some(&7e-6));
     }
 
     #[test]

@@ -6,11 +6,13 @@
 
 pub mod ansur;
 pub mod bvh;
+pub mod dressed;
 mod error;
 pub mod fabric;
 mod file;
 #[cfg(test)]
 mod fuzz;
+pub mod glb;
 mod hash;
 pub mod json;
 pub mod makehuman;
@@ -18,6 +20,10 @@ pub mod model;
 mod npy;
 pub mod npz;
 pub mod obj;
+pub mod pattern;
+pub mod ply;
+pub mod png;
+pub mod table;
 mod text;
 
 pub use bvh::{BvhClip, BvhJoint, Channel};

@@ -229,7 +229,14 @@ fn checked_header(text: &str, kind: &str, name: &str) -> Result<Header, IoError>
 #[derive(Debug)]
 pub struct Writer<'a> {
     header: Header,
-    tensors: BTreeMap<String, (Dtype, Vec<usize>, Cow<'a, [u8]>)>,
+    tensors: BTreeMap<String, Tensor<'a>>,
+}
+
+#[derive(Debug)]
+struct Tensor<'a> {
+    dtype: Dtype,
+    shape: Vec<usize>,
+    bytes: Cow<'a, [u8]>,
 }
 
 impl<'a> Writer<'a> {
@@ -273,7 +280,7 @@ impl<'a> Writer<'a> {
             Cow::Borrowed(data) => Cow::Borrowed(bytemuck::cast_slice(data)),
             Cow::Owned(data) => Cow::Owned(bytemuck::cast_slice(&data).to_vec()),
         };
-        self.tensors.insert(name.to_owned(), (dtype, shape.to_vec(), bytes));
+        self.tensors.insert(name.to_owned(), Tensor { dtype, shape: shape.to_vec(), bytes });
         self
     }
 
@@ -282,7 +289,7 @@ impl<'a> Writer<'a> {
     /// # Errors
     /// [`IoError`] when a shape does not fit its data; `name` stands for the file.
     pub fn to_bytes(&self, name: &str) -> Result<Vec<u8>, IoError> {
-        let views = self.tensors.iter().map(|(tensor, (dtype, shape, bytes))| {
+        let views = self.tensors.iter().map(|(tensor, Tensor { dtype, shape, bytes })| {
             let view = TensorView::new(*dtype, shape.clone(), bytes).map_err(|_mismatch| {
                 let wanted = format!("the elements of shape {shape:?} ({dtype:?})");
                 IoError::field(name, format!("tensor \"{tensor}\""), wanted, format!("{} bytes", bytes.len()))

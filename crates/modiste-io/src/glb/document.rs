@@ -1,0 +1,217 @@
+//! The glTF scene description and the binary pieces it refers to.
+
+use std::collections::BTreeMap;
+
+use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
+use gltf_json::animation::{Channel, Interpolation, Property, Sampler};
+use gltf_json::buffer::{Target as BufferTarget, View};
+use gltf_json::material::{PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
+use gltf_json::mesh::{Mode, MorphTarget, Primitive, Semantic};
+use gltf_json::validation::{Checked::Valid, USize64};
+use gltf_json::{Accessor, Animation, Buffer, Index, Material, Mesh, Node, Root, Scene};
+
+use super::AnimatedMesh;
+use super::morph::Morph;
+
+/// A scene being built: one parent node that carries the common translation, the meshes below it, one animation.
+pub(super) struct Document<'a> {
+    root: Root,
+    pieces: Vec<&'a [u8]>,
+    length: usize,
+    times: Option<Index<Accessor>>,
+    parent: Index<Node>,
+    animation: Animation,
+}
+
+impl<'a> Document<'a> {
+    pub(super) fn new(times: &'a [f32], translations: &'a [[f32; 3]]) -> Self {
+        let mut root = Root::default();
+        root.asset.generator = Some(format!("Modiste {}", env!("CARGO_PKG_VERSION")));
+        let parent = root.push(Node { name: Some("figure".to_owned()), ..Node::default() });
+        root.scene = Some(root.push(Scene { extensions: None, extras: None, name: Some("scene".to_owned()), nodes: vec![parent] }));
+        let animation = Animation {
+            extensions: None,
+            extras: None,
+            channels: Vec::new(),
+            name: Some("animation".to_owned()),
+            samplers: Vec::new(),
+        };
+        let mut document = Self { root, pieces: Vec::new(), length: 0, times: None, parent, animation };
+        if times.len() > 1 {
+            document.times = Some(document.bounded(times.as_chunks::<1>().0, Type::Scalar, None));
+            let output = document.unbounded(translations.as_flattened(), Type::Vec3, translations.len(), None);
+            document.animate(parent, Property::Translation, output);
+        }
+        document
+    }
+
+    pub(super) fn add(&mut self, mesh: &AnimatedMesh<'a>, morph: &'a Morph) {
+        let vertices = Some(BufferTarget::ArrayBuffer);
+        let count = morph.base.len();
+        let positions = self.bounded(&morph.base, Type::Vec3, vertices);
+        let normals = self.unbounded(morph.base_normals.as_flattened(), Type::Vec3, count, vertices);
+        let corners = mesh.faces.as_flattened();
+        let triangles = Some(BufferTarget::ElementArrayBuffer);
+        let indices = self.accessor(bytemuck::cast_slice(corners), ComponentType::U32, Type::Scalar, corners.len(), triangles);
+        let targets: Vec<MorphTarget> = morph
+            .targets
+            .iter()
+            .map(|target| MorphTarget {
+                positions: Some(self.bounded(&target.positions, Type::Vec3, vertices)),
+                normals: Some(self.unbounded(target.normals.as_flattened(), Type::Vec3, count, vertices)),
+                tangents: None,
+            })
+            .collect();
+        let has_targets = !targets.is_empty();
+        let primitive = Primitive {
+            attributes: BTreeMap::from([(Valid(Semantic::Positions), positions), (Valid(Semantic::Normals), normals)]),
+            extensions: None,
+            extras: None,
+            indices: Some(indices),
+            material: Some(self.root.push(material(mesh))),
+            mode: Valid(Mode::Triangles),
+            targets: has_targets.then_some(targets),
+        };
+        let shape = self.root.push(Mesh {
+            extensions: None,
+            extras: target_names(morph.targets.len()),
+            name: Some(mesh.name.to_owned()),
+            primitives: vec![primitive],
+            weights: has_targets.then(|| vec![0.0; morph.targets.len()]),
+        });
+        let node = self.root.push(Node { mesh: Some(shape), name: Some(mesh.name.to_owned()), ..Node::default() });
+        if mesh.frames.len() > 1 {
+            self.root.nodes[self.parent.value()].children.get_or_insert_default().push(node);
+        } else {
+            // A mesh at rest does not travel with the others.
+            self.root.scenes[0].nodes.push(node);
+        }
+        if has_targets {
+            let output = self.unbounded(&morph.weights, Type::Scalar, morph.weights.len(), None);
+            self.animate(node, Property::MorphTargetWeights, output);
+        }
+    }
+
+    /// The header of the file up to where the pieces start, and the pieces.
+    pub(super) fn finish(mut self) -> Result<(Vec<u8>, Vec<&'a [u8]>), gltf_json::Error> {
+        if !self.animation.channels.is_empty() {
+            self.root.animations.push(self.animation);
+        }
+        self.root.buffers.push(Buffer {
+            byte_length: USize64::from(self.length),
+            name: None,
+            uri: None,
+            extensions: None,
+            extras: None,
+        });
+        let mut json = self.root.to_vec()?;
+        json.resize(json.len().next_multiple_of(4), b' ');
+        let total = 12 + 8 + json.len() + 8 + self.length;
+        let mut header = Vec::with_capacity(28 + json.len());
+        for word in [u32::from_le_bytes(*b"glTF"), 2, total as u32, json.len() as u32, u32::from_le_bytes(*b"JSON")] {
+            header.extend(word.to_le_bytes());
+        }
+        header.extend(json);
+        header.extend((self.length as u32).to_le_bytes());
+        header.extend(b"BIN\0");
+        Ok((header, self.pieces))
+    }
+
+    fn animate(&mut self, node: Index<Node>, path: Property, output: Index<Accessor>) {
+        let Some(input) = self.times else { return };
+        let sampler = Sampler { extensions: None, extras: None, input, interpolation: Valid(Interpolation::Linear), output };
+        let sampler = Index::push(&mut self.animation.samplers, sampler);
+        let target = gltf_json::animation::Target { extensions: None, extras: None, node, path: Valid(path) };
+        self.animation.channels.push(Channel { sampler, target, extensions: None, extras: None });
+    }
+
+    /// Adds floats with the bounds that the specification asks of positions and times.
+    fn bounded<const N: usize>(
+        &mut self,
+        rows: &'a [[f32; N]],
+        kind: Type,
+        target: Option<BufferTarget>,
+    ) -> Index<Accessor> {
+        let index = self.unbounded(rows.as_flattened(), kind, rows.len(), target);
+        let bound = |pick: fn(f32, f32) -> f32, start: f32| {
+            let mut bound = [start; N];
+            for row in rows {
+                bound = std::array::from_fn(|axis| pick(bound[axis], row[axis]));
+            }
+            Some(serde_json::Value::from(bound.to_vec()))
+        };
+        let accessor = &mut self.root.accessors[index.value()];
+        accessor.min = bound(f32::min, f32::INFINITY);
+        accessor.max = bound(f32::max, f32::NEG_INFINITY);
+        index
+    }
+
+    fn unbounded(&mut self, floats: &'a [f32], kind: Type, count: usize, target: Option<BufferTarget>) -> Index<Accessor> {
+        self.accessor(bytemuck::cast_slice(floats), ComponentType::F32, kind, count, target)
+    }
+
+    /// Adds a piece (its length is a multiple of 4) with a view and an accessor of its own.
+    fn accessor(
+        &mut self,
+        piece: &'a [u8],
+        component: ComponentType,
+        kind: Type,
+        count: usize,
+        target: Option<BufferTarget>,
+    ) -> Index<Accessor> {
+        let view = self.root.push(View {
+            buffer: Index::new(0),
+            byte_length: USize64::from(piece.len()),
+            byte_offset: Some(USize64::from(self.length)),
+            byte_stride: None,
+            name: None,
+            target: target.map(Valid),
+            extensions: None,
+            extras: None,
+        });
+        self.length += piece.len();
+        self.pieces.push(piece);
+        self.root.push(Accessor {
+            buffer_view: Some(view),
+            byte_offset: None,
+            count: USize64::from(count),
+            component_type: Valid(GenericComponentType(component)),
+            extensions: None,
+            extras: None,
+            type_: Valid(kind),
+            min: None,
+            max: None,
+            name: None,
+            normalized: false,
+            sparse: None,
+        })
+    }
+}
+
+fn material(mesh: &AnimatedMesh<'_>) -> Material {
+    Material {
+        name: Some(mesh.name.to_owned()),
+        double_sided: mesh.double_sided,
+        alpha_mode: Valid(if mesh.colour[3] < 1.0 {
+            gltf_json::material::AlphaMode::Blend
+        } else {
+            gltf_json::material::AlphaMode::Opaque
+        }),
+        pbr_metallic_roughness: PbrMetallicRoughness {
+            base_color_factor: PbrBaseColorFactor(mesh.colour),
+            metallic_factor: StrengthFactor(0.0),
+            roughness_factor: StrengthFactor(mesh.roughness),
+            ..PbrMetallicRoughness::default()
+        },
+        ..Material::default()
+    }
+}
+
+/// The names that editors show for the targets, by the convention of `extras.targetNames`.
+fn target_names(count: usize) -> gltf_json::Extras {
+    if count == 0 {
+        return None;
+    }
+    let names: Vec<String> = (1..=count).map(|k| format!("component {k}")).collect();
+    serde_json::value::to_raw_value(&serde_json::json!({ "targetNames": names })).ok()
+}

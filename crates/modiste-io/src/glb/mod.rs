@@ -1,0 +1,302 @@
+//! Animated meshes as one binary glTF 2.0 file.
+//!
+//! Every mesh carries a bounded number of morph targets, the principal components of its frames, with positions and
+//! normals; one animation drives their weights with a linear keyframe at every frame. What all meshes share of the
+//! motion through space goes to the translation of a common parent node. The file opens in three.js and Blender alike
+//! and does not grow with the number of frames.
+
+mod document;
+mod morph;
+
+use std::io::Write;
+use std::path::Path;
+
+use crate::{IoError, write_atomically};
+use document::Document;
+use morph::Morph;
+
+/// A mesh in motion with its looks.
+#[derive(Debug, Clone, Copy)]
+pub struct AnimatedMesh<'a> {
+    /// Name of the mesh.
+    pub name: &'a str,
+    /// Triangles, counter-clockwise seen from outside.
+    pub faces: &'a [[u32; 3]],
+    /// Vertices in world (m) in each frame; a single frame makes a mesh at rest.
+    pub frames: &'a [Vec<[f32; 3]>],
+    /// Base colour, linear red, green, blue and opacity from 0 to 1.
+    pub colour: [f32; 4],
+    /// Roughness from 0 (mirror) to 1 (matt).
+    pub roughness: f32,
+    /// Whether both sides are seen, as of cloth.
+    pub double_sided: bool,
+}
+
+/// How closely the morph targets follow the frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// Targets are added until no vertex in any frame is further off than this (m).
+    pub tolerance: f64,
+    /// The most targets a mesh gets, whatever the tolerance.
+    pub max_targets: usize,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { tolerance: 0.0005, max_targets: 48 }
+    }
+}
+
+/// What became of one mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MeshSummary {
+    /// Name of the mesh.
+    pub name: String,
+    /// Number of morph targets.
+    pub targets: usize,
+    /// Largest distance of a vertex in the file from the given one, over all frames (m).
+    pub max_error: f64,
+    /// Root mean square of that distance (m).
+    pub rms_error: f64,
+}
+
+/// What was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Summary {
+    /// One entry a mesh, in order.
+    pub meshes: Vec<MeshSummary>,
+    /// Size of the file (bytes).
+    pub bytes: usize,
+}
+
+/// Writes an animation with the default [`Options`].
+///
+/// # Errors
+/// [`IoError`] naming the mesh and what is wrong with it, or the file that cannot be written.
+pub fn write_animation(path: impl AsRef<Path>, fps: f64, meshes: &[AnimatedMesh<'_>]) -> Result<Summary, IoError> {
+    write_animation_with(path, fps, meshes, Options::default())
+}
+
+/// Writes an animation.
+///
+/// # Errors
+/// [`IoError`] as [`write_animation`].
+pub fn write_animation_with(
+    path: impl AsRef<Path>,
+    fps: f64,
+    meshes: &[AnimatedMesh<'_>],
+    options: Options,
+) -> Result<Summary, IoError> {
+    let path = path.as_ref();
+    let file = path.display().to_string();
+    let frame_count = check(fps, meshes, &file)?;
+    let translations = common_translations(meshes, frame_count);
+    let morphs = meshes
+        .iter()
+        .map(|mesh| {
+            morph::encode(mesh.faces, mesh.frames, &translations, options)
+                .map_err(|error| IoError::field(&file, format!("mesh \"{}\"", mesh.name), "frames with components", error))
+        })
+        .collect::<Result<Vec<Morph>, IoError>>()?;
+    let times: Vec<f32> = (0..frame_count).map(|frame| (frame as f64 / fps) as f32).collect();
+    let mut document = Document::new(&times, &translations);
+    for (mesh, morph) in meshes.iter().zip(&morphs) {
+        document.add(mesh, morph);
+    }
+    let (header, pieces) = document.finish().map_err(|error| IoError::field(&file, "the scene", "JSON", error))?;
+    let bytes = header.len() + pieces.iter().map(|piece| piece.len()).sum::<usize>();
+    write_atomically(path, |writer| {
+        writer.write_all(&header)?;
+        pieces.iter().try_for_each(|piece| writer.write_all(piece))
+    })?;
+    let meshes = meshes.iter().zip(&morphs).map(|(mesh, morph)| MeshSummary {
+        name: mesh.name.to_owned(),
+        targets: morph.targets.len(),
+        max_error: morph.max_error,
+        rms_error: morph.rms_error,
+    });
+    Ok(Summary { meshes: meshes.collect(), bytes })
+}
+
+/// Checks everything that comes from outside and returns the number of frames.
+fn check(fps: f64, meshes: &[AnimatedMesh<'_>], file: &str) -> Result<usize, IoError> {
+    if !(fps.is_finite() && fps > 0.0) {
+        return Err(IoError::field(file, "fps", "a number above 0", fps));
+    }
+    let frame_count = meshes.iter().map(|mesh| mesh.frames.len()).max().unwrap_or(0);
+    if frame_count == 0 {
+        return Err(IoError::field(file, "the scene", "at least one mesh with a frame", "none"));
+    }
+    for mesh in meshes {
+        let wrong = |wanted: &str, found: String| Err(IoError::field(file, format!("mesh \"{}\"", mesh.name), wanted, found));
+        if mesh.frames.len() != 1 && mesh.frames.len() != frame_count {
+            return wrong(&format!("{frame_count} frames, or 1"), mesh.frames.len().to_string());
+        }
+        let vertex_count = mesh.frames[0].len();
+        if vertex_count == 0 || mesh.faces.is_empty() {
+            return wrong("vertices and faces", "none".to_owned());
+        }
+        for (index, frame) in mesh.frames.iter().enumerate() {
+            if frame.len() != vertex_count {
+                return wrong(&format!("{vertex_count} vertices in frame {index}"), frame.len().to_string());
+            }
+            if let Some(vertex) = frame.iter().find(|vertex| vertex.iter().any(|x| !x.is_finite())) {
+                return wrong("finite vertices", format!("{vertex:?} in frame {index}"));
+            }
+        }
+        if let Some(vertex) = mesh.faces.as_flattened().iter().find(|&&vertex| vertex as usize >= vertex_count) {
+            return wrong(&format!("faces of {vertex_count} vertices"), format!("vertex {vertex}"));
+        }
+        if !mesh.colour.iter().chain([&mesh.roughness]).all(|value| (0.0..=1.0).contains(value)) {
+            return wrong("colour and roughness from 0 to 1", format!("{:?} and {}", mesh.colour, mesh.roughness));
+        }
+    }
+    Ok(frame_count)
+}
+
+/// How the moving meshes as a whole have moved since the first frame (m), frame by frame.
+fn common_translations(meshes: &[AnimatedMesh<'_>], frame_count: usize) -> Vec<[f32; 3]> {
+    let moving = || meshes.iter().filter(|mesh| mesh.frames.len() == frame_count);
+    let centre = |frame: usize| {
+        let mut sum = [0.0f64; 3];
+        for vertex in moving().flat_map(|mesh| &mesh.frames[frame]) {
+            for axis in 0..3 {
+                sum[axis] += f64::from(vertex[axis]);
+            }
+        }
+        let count = moving().map(|mesh| mesh.frames[frame].len()).sum::<usize>();
+        sum.map(|sum| sum / count as f64)
+    };
+    let first = centre(0);
+    (0..frame_count)
+        .map(|frame| {
+            let now = centre(frame);
+            std::array::from_fn(|axis| (now[axis] - first[axis]) as f32)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{AnimatedMesh, Options, write_animation, write_animation_with};
+    use gltf_json::validation::Validate;
+    use modiste_core::shapes::icosphere;
+
+    /// A ball that walks along X, wobbles and spins: three components beside the translation.
+    fn wobbling_ball(frame_count: usize) -> (Vec<[u32; 3]>, Vec<Vec<[f32; 3]>>) {
+        let ball = icosphere(2);
+        let frame = |frame: usize| {
+            let time = frame as f64 / 10.0;
+            let (sin, cos) = (0.7 * time).sin_cos();
+            let place = |v: &modiste_core::Vec3| {
+                let y = v.y * (1.0 + 0.2 * (2.0 * time).sin());
+                [(v.x * cos + v.z * sin + time) as f32, y as f32, (v.z * cos - v.x * sin) as f32]
+            };
+            ball.vertices.iter().map(place).collect()
+        };
+        (ball.topology.faces().to_vec(), (0..frame_count).map(frame).collect())
+    }
+
+    fn ball<'a>(faces: &'a [[u32; 3]], frames: &'a [Vec<[f32; 3]>]) -> AnimatedMesh<'a> {
+        AnimatedMesh { name: "ball", faces, frames, colour: [0.5, 0.2, 0.2, 1.0], roughness: 0.9, double_sided: true }
+    }
+
+    /// Splits a GLB by the specification (section 4.4) into its JSON and its binary part.
+    fn split(glb: &[u8]) -> (gltf_json::Root, &[u8]) {
+        let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().unwrap()) as usize;
+        assert_eq!((&glb[..4], word(4), word(8)), (&b"glTF"[..], 2, glb.len()));
+        let json_length = word(12);
+        assert_eq!((&glb[16..20], json_length % 4), (&b"JSON"[..], 0));
+        let start = 20 + json_length;
+        assert_eq!(&glb[start + 4..start + 8], b"BIN\0");
+        let binary = &glb[start + 8..];
+        assert_eq!((binary.len(), binary.len() % 4), (word(start), 0));
+        (gltf_json::deserialize::from_slice(&glb[20..start]).unwrap(), binary)
+    }
+
+    fn floats(root: &gltf_json::Root, binary: &[u8], accessor: usize) -> Vec<f32> {
+        let view = &root.buffer_views[root.accessors[accessor].buffer_view.unwrap().value()];
+        let start = view.byte_offset.map_or(0, |offset| offset.0 as usize);
+        let bytes = &binary[start..start + view.byte_length.0 as usize];
+        bytes.chunks_exact(4).map(|bytes| f32::from_le_bytes(bytes.try_into().unwrap())).collect()
+    }
+
+    #[test]
+    fn the_file_is_valid_and_plays_the_frames() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ball.glb");
+        let (faces, frames) = wobbling_ball(40);
+        let summary = write_animation(&path, 30.0, &[ball(&faces, &frames)]).unwrap();
+        let glb = crate::read_bytes(&path).unwrap();
+        assert_eq!(summary.bytes, glb.len());
+        let (root, binary) = split(&glb);
+        let mut faults = Vec::new();
+        root.validate(&root, gltf_json::Path::new, &mut |path: &dyn Fn() -> gltf_json::Path, error| {
+            faults.push(format!("{}: {error}", path()));
+        });
+        assert!(faults.is_empty(), "{faults:?}");
+
+        // Play it as a viewer does: base + Σ weight · target + translation of the parent.
+        let primitive = &root.meshes[0].primitives[0];
+        let targets = primitive.targets.as_ref().unwrap();
+        assert_eq!(targets.len(), summary.meshes[0].targets);
+        assert!(targets.len() <= 4, "three components are enough, not {}", targets.len());
+        let base = floats(&root, binary, primitive.attributes.values().next().unwrap().value());
+        let positions: Vec<_> = targets.iter().map(|t| floats(&root, binary, t.positions.unwrap().value())).collect();
+        let samplers = &root.animations[0].samplers;
+        let [translations, weights] = [0, 1].map(|index| floats(&root, binary, samplers[index].output.value()));
+        let mut worst = 0.0f32;
+        for (index, frame) in frames.iter().enumerate() {
+            for (at, wanted) in frame.as_flattened().iter().enumerate() {
+                let row = &weights[index * targets.len()..][..targets.len()];
+                let moved: f32 = row.iter().zip(&positions).map(|(weight, target)| weight * target[at]).sum();
+                worst = worst.max((base[at] + moved + translations[3 * index + at % 3] - wanted).abs());
+            }
+        }
+        let rounding = 1e-6; // of single precision at these coordinates (m)
+        assert!(f64::from(worst) <= summary.meshes[0].max_error + rounding, "{worst}");
+        assert!(summary.meshes[0].max_error < Options::default().tolerance);
+        assert!(weights.iter().all(|weight| weight.abs() <= 1.0));
+        assert!((floats(&root, binary, samplers[0].input.value())[39] - 1.3).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_bound_on_targets_holds_and_the_error_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ball.glb");
+        let (faces, frames) = wobbling_ball(40);
+        let options = Options { tolerance: 0.0, max_targets: 1 };
+        let summary = write_animation_with(&path, 30.0, &[ball(&faces, &frames)], options).unwrap();
+        assert_eq!(summary.meshes[0].targets, 1);
+        assert!(summary.meshes[0].max_error > 0.1 && summary.meshes[0].rms_error < summary.meshes[0].max_error);
+    }
+
+    #[test]
+    fn meshes_at_rest_need_no_animation() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("still.glb");
+        let (faces, frames) = wobbling_ball(1);
+        let summary = write_animation(&path, 30.0, &[ball(&faces, &frames)]).unwrap();
+        assert_eq!(summary.meshes[0].targets, 0);
+        let glb = crate::read_bytes(&path).unwrap();
+        let (root, _) = split(&glb);
+        assert!(root.animations.is_empty() && root.meshes[0].primitives[0].targets.is_none());
+    }
+
+    #[test]
+    fn bad_input_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bad.glb");
+        let (faces, mut frames) = wobbling_ball(3);
+        let message = |fps, meshes: &[AnimatedMesh<'_>]| write_animation(&path, fps, meshes).unwrap_err().to_string();
+        assert!(message(0.0, &[ball(&faces, &frames)]).contains("fps"));
+        assert!(message(30.0, &[]).contains("at least one mesh"));
+        assert!(message(30.0, &[ball(&faces, &frames), ball(&faces, &frames[..2])]).contains("3 frames, or 1, found 2"));
+        assert!(message(30.0, &[ball(&[[0, 1, 900]], &frames)]).contains("vertex 900"));
+        frames[2][5][1] = f32::INFINITY;
+        assert!(message(30.0, &[ball(&faces, &frames)]).contains("mesh \"ball\": wanted finite vertices"));
+        frames[2].pop();
+        assert!(message(30.0, &[ball(&faces, &frames)]).contains("vertices in frame 2"));
+        assert!(!path.exists());
+    }
+}

@@ -1,0 +1,212 @@
+//! Frames of a mesh as a base shape, morph targets and weights.
+
+use modiste_core::{Matrix, Pca, SolveError, ridge};
+
+use super::Options;
+
+/// A base shape that the first frame's weights (all zero) show, and what to add to it.
+#[derive(Debug)]
+pub(super) struct Morph {
+    pub(super) base: Vec<[f32; 3]>,
+    /// Unit normals of the base.
+    pub(super) base_normals: Vec<[f32; 3]>,
+    pub(super) targets: Vec<Target>,
+    /// One row of weights per frame, one weight per target, within [-1, 1].
+    pub(super) weights: Vec<f32>,
+    pub(super) max_error: f64,
+    pub(super) rms_error: f64,
+}
+
+/// What a weight of 1 adds to positions (m) and normals.
+#[derive(Debug)]
+pub(super) struct Target {
+    pub(super) positions: Vec<[f32; 3]>,
+    pub(super) normals: Vec<[f32; 3]>,
+}
+
+/// Keeps the normals' targets small where the weights can hardly tell them apart.
+const NORMAL_RIDGE: f64 = 1e-4;
+
+/// Finds the targets; `translations` are taken off the frames first (m, one per frame).
+pub(super) fn encode(
+    faces: &[[u32; 3]],
+    frames: &[Vec<[f32; 3]>],
+    translations: &[[f32; 3]],
+    options: Options,
+) -> Result<Morph, SolveError> {
+    if frames.len() == 1 {
+        let base = frames[0].clone();
+        let base_normals = normals(faces, &base);
+        return Ok(Morph { base, base_normals, targets: Vec::new(), weights: Vec::new(), max_error: 0.0, rms_error: 0.0 });
+    }
+    let local: Vec<Vec<[f32; 3]>> = frames
+        .iter()
+        .zip(translations)
+        .map(|(frame, by)| frame.iter().map(|v| [v[0] - by[0], v[1] - by[1], v[2] - by[2]]).collect())
+        .collect();
+    let samples: Vec<&[f32]> = local.iter().map(|frame| frame.as_flattened()).collect();
+    let pca = Pca::fit(&samples, options.max_targets)?;
+    let coefficients: Vec<Vec<f64>> = samples.iter().map(|sample| pca.project(sample)).collect();
+    let count = sufficient_count(&pca, &samples, &coefficients, options.tolerance);
+
+    let mut base = vec![[0.0; 3]; local[0].len()];
+    pca.expand(&coefficients[0][..count], base.as_flattened_mut());
+    // Weights count from the first frame and stay within [-1, 1], the range that editors allow.
+    let scales: Vec<f64> = (0..count)
+        .map(|k| coefficients.iter().map(|row| (row[k] - coefficients[0][k]).abs()).fold(0.0, f64::max))
+        .map(|scale| if scale > 0.0 { scale } else { 1.0 })
+        .collect();
+    let weights: Vec<f32> = coefficients
+        .iter()
+        .flat_map(|row| (0..count).map(|k| ((row[k] - coefficients[0][k]) / scales[k]) as f32))
+        .collect();
+    let scaled = |k: usize| pca.component(k).iter().map(|&x| (f64::from(x) * scales[k]) as f32).collect();
+    let positions: Vec<Vec<f32>> = (0..count).map(scaled).collect();
+    let (max_error, rms_error) = errors(base.as_flattened(), &positions, &weights, &samples);
+
+    let base_normals = normals(faces, &base);
+    let normal_targets = fit_normals(faces, &local, &base_normals, &weights, count)?;
+    let targets = positions
+        .into_iter()
+        .zip(normal_targets)
+        .map(|(positions, normals)| Target { positions: points(&positions), normals })
+        .collect();
+    Ok(Morph { base, base_normals, targets, weights, max_error, rms_error })
+}
+
+/// How many components bring every vertex of every frame within the tolerance, or all there are.
+fn sufficient_count(pca: &Pca, samples: &[&[f32]], coefficients: &[Vec<f64>], tolerance: f64) -> usize {
+    let mut residuals: Vec<Vec<f32>> =
+        samples.iter().map(|sample| sample.iter().zip(&pca.mean).map(|(x, mean)| x - mean).collect()).collect();
+    let worst = |residuals: &[Vec<f32>]| {
+        let squares = residuals.iter().flat_map(|frame| frame.chunks_exact(3));
+        squares.map(|r| r[0] * r[0] + r[1] * r[1] + r[2] * r[2]).fold(0.0f32, f32::max).sqrt()
+    };
+    for count in 0..pca.count() {
+        if f64::from(worst(&residuals)) <= tolerance {
+            return count;
+        }
+        let component = pca.component(count);
+        for (residual, row) in residuals.iter_mut().zip(coefficients) {
+            let coefficient = row[count] as f32;
+            for (r, b) in residual.iter_mut().zip(component) {
+                *r -= coefficient * b;
+            }
+        }
+    }
+    pca.count()
+}
+
+/// Largest and root mean square distance (m) between the frames and what the stored numbers add up to.
+fn errors(base: &[f32], positions: &[Vec<f32>], weights: &[f32], samples: &[&[f32]]) -> (f64, f64) {
+    let (mut largest, mut sum) = (0.0f64, 0.0f64);
+    let mut shown = vec![0.0f32; base.len()];
+    for (frame, sample) in samples.iter().enumerate() {
+        shown.copy_from_slice(base);
+        for (target, weight) in positions.iter().zip(&weights[frame * positions.len()..]) {
+            for (x, d) in shown.iter_mut().zip(target) {
+                *x += weight * d;
+            }
+        }
+        for (x, wanted) in shown.chunks_exact(3).zip(sample.chunks_exact(3)) {
+            let square = (0..3).map(|axis| f64::from(x[axis] - wanted[axis]).powi(2)).sum::<f64>();
+            largest = largest.max(square);
+            sum += square;
+        }
+    }
+    (largest.sqrt(), (sum / (samples.len() * base.len() / 3) as f64).sqrt())
+}
+
+/// The normal targets for which base + Σ weight · target comes closest to the frames' normals (least squares).
+fn fit_normals(
+    faces: &[[u32; 3]],
+    frames: &[Vec<[f32; 3]>],
+    base_normals: &[[f32; 3]],
+    weights: &[f32],
+    count: usize,
+) -> Result<Vec<Vec<[f32; 3]>>, SolveError> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let regressors = Matrix::from_fn(frames.len(), count, |frame, k| f64::from(weights[frame * count + k]));
+    let mut wanted = Matrix::zeros(frames.len(), base_normals.len() * 3);
+    for (index, frame) in frames.iter().enumerate() {
+        let normals = normals(faces, frame);
+        let differences = normals.as_flattened().iter().zip(base_normals.as_flattened());
+        for (out, (normal, base)) in wanted.row_mut(index).iter_mut().zip(differences) {
+            *out = f64::from(normal - base);
+        }
+    }
+    let fitted = ridge(&regressors, &wanted, NORMAL_RIDGE * frames.len() as f64)?;
+    Ok((0..count).map(|k| points(&fitted.row(k).iter().map(|&x| x as f32).collect::<Vec<_>>())).collect())
+}
+
+/// Unit vertex normals, weighted by the area of the faces around; up where there is no area.
+fn normals(faces: &[[u32; 3]], vertices: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    let mut sums = vec![[0.0f64; 3]; vertices.len()];
+    for face in faces {
+        let [a, b, c] = face.map(|vertex| vertices[vertex as usize].map(f64::from));
+        let u: [f64; 3] = std::array::from_fn(|axis| b[axis] - a[axis]);
+        let v: [f64; 3] = std::array::from_fn(|axis| c[axis] - a[axis]);
+        let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+        for vertex in face {
+            for axis in 0..3 {
+                sums[*vertex as usize][axis] += cross[axis];
+            }
+        }
+    }
+    let unit = |sum: &[f64; 3]| {
+        let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if length > 0.0 { sum.map(|x| (x / length) as f32) } else { [0.0, 1.0, 0.0] }
+    };
+    sums.iter().map(unit).collect()
+}
+
+fn points(flat: &[f32]) -> Vec<[f32; 3]> {
+    flat.as_chunks::<3>().0.to_vec()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Options, encode, normals};
+    use modiste_core::shapes::icosphere;
+
+    #[test]
+    fn normals_of_a_ball_point_outward() {
+        let ball = icosphere(2);
+        let vertices: Vec<[f32; 3]> = ball.vertices.iter().map(|v| v.as_vec3().to_array()).collect();
+        for (normal, vertex) in normals(ball.topology.faces(), &vertices).iter().zip(&ball.vertices) {
+            let along: f64 = (0..3).map(|axis| f64::from(normal[axis]) * vertex[axis]).sum::<f64>() / vertex.length();
+            assert!(along > 0.999, "{along}");
+        }
+        assert_eq!(normals(&[], &[[1.0; 3]]), [[0.0, 1.0, 0.0]]);
+    }
+
+    #[test]
+    fn morphed_normals_follow_a_turn() {
+        // A ball turning by 90°: two components carry positions and normals exactly.
+        let ball = icosphere(2);
+        let frames: Vec<Vec<[f32; 3]>> = (0..10)
+            .map(|frame| {
+                let turn = modiste_core::Mat3::from_rotation_y(f64::from(frame) * std::f64::consts::FRAC_PI_2 / 9.0);
+                ball.vertices.iter().map(|v| (turn * *v).as_vec3().to_array()).collect()
+            })
+            .collect();
+        let faces = ball.topology.faces();
+        let morph = encode(faces, &frames, &[[0.0; 3]; 10], Options { tolerance: 1e-4, max_targets: 9 }).unwrap();
+        assert_eq!(morph.targets.len(), 2);
+        let count = morph.targets.len();
+        for (index, frame) in frames.iter().enumerate() {
+            for (vertex, wanted) in normals(faces, frame).iter().enumerate() {
+                let shown: [f32; 3] = std::array::from_fn(|axis| {
+                    let moved = (0..count).map(|k| morph.weights[index * count + k] * morph.targets[k].normals[vertex][axis]);
+                    morph.base_normals[vertex][axis] + moved.sum::<f32>()
+                });
+                let length = shown.iter().map(|x| x * x).sum::<f32>().sqrt();
+                let cosine: f32 = (0..3).map(|axis| shown[axis] * wanted[axis]).sum::<f32>() / length;
+                assert!(cosine > 0.9999, "frame {index}: {cosine}");
+            }
+        }
+        assert!(morph.max_error < 1e-4);
+    }
+}
