@@ -144,7 +144,7 @@ mod tests {
     #[test]
     fn tree_and_plain_search_agree_after_motion() {
         let mut rng = seeded_rng(11);
-        let mut point = |scale: f64| Vec3::from_array(std::array::from_fn(|_| scale * uniform(&mut rng, -1.0, 1.0)));
+        let mut point = |scale: f64| Vec3::from_array(std::array::from_fn(|_| scale * (2.0 * uniform(&mut rng) - 1.0)));
         let mut x: Vec<Vec3> = Vec::new();
         let mut faces = Vec::new();
         for face in 0..200u32 {

@@ -9,7 +9,7 @@ use modiste_core::{Edge, Topology, Vec2, Vec3};
 /// `θ`), the energy is `½ k |κ - rest n|²` with `k = B l²/(A_0 + A_1)`; it is zero for every affine image of the flat rest shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hinge {
-    /// The two ends of the edge, then the opposite corners of its first and second face.
+    /// The two ends of the edge in the order of its first face, then the opposite corners of its first and second face.
     pub vertices: [u32; 4],
     /// `c_i` (1/m).
     pub weights: [f64; 4],
@@ -23,12 +23,14 @@ impl Hinge {
     /// Prepares the element of `edge`, or `None` on a boundary. `rest_faces` are the corners of every face in panel space (m).
     pub fn new(topology: &Topology, rest_faces: &[[Vec2; 3]], edge: &Edge, bend: &Bend) -> Option<Self> {
         let [Some(first), Some(second)] = edge.faces else { return None };
-        let sides = [first, second].map(|face| Side::new(topology, rest_faces, face as usize, edge.vertices));
+        let corners = topology.faces()[first as usize];
+        let forward = (0..3).any(|i| [corners[i], corners[(i + 1) % 3]] == edge.vertices);
+        let [a, b] = if forward { edge.vertices } else { [edge.vertices[1], edge.vertices[0]] };
+        let sides = [first, second].map(|face| Side::new(topology, rest_faces, face as usize, [a, b]));
         let opposite = sides.map(|side| side.opposite);
         let length = 0.5 * (sides[0].along.length() + sides[1].along.length());
         let area = sides[0].area + sides[1].area;
         let rigidity = 0.5 * (bend.along(sides[0].along) + bend.along(sides[1].along));
-        let [a, b] = edge.vertices;
         let foot = |end: usize| -sides.iter().map(|side| side.foot[end] / side.height).sum::<f64>();
         Some(Self {
             vertices: [a, b, opposite[0], opposite[1]],

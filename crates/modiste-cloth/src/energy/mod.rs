@@ -6,5 +6,5 @@ mod spring;
 
 pub use bending::Hinge;
 pub use membrane::Membrane;
-pub(crate) use membrane::{MembraneForce, Viscosity};
+pub(crate) use membrane::Viscosity;
 pub(crate) use spring::{Spring, spring_force};

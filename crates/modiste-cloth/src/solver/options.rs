@@ -1,7 +1,6 @@
 //! What a user of the solver may set.
 
 use crate::error::{ClothError, check_not_negative, check_positive};
-use modiste_core::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// Settings of the solver.
@@ -10,7 +9,7 @@ pub struct SolverOptions {
     /// Steps per frame.
     pub substeps: usize,
     /// Acceleration (m/s²).
-    pub gravity: Vec3,
+    pub gravity: [f64; 3],
     /// Distance from the body at which repulsion begins (m).
     pub thickness: f64,
     /// Repulsion per area and depth (Pa/m).
@@ -39,7 +38,7 @@ impl Default for SolverOptions {
     fn default() -> Self {
         Self {
             substeps: 6,
-            gravity: Vec3::new(0.0, -9.81, 0.0),
+            gravity: [0.0, -9.81, 0.0],
             thickness: 0.002,
             contact_stiffness: 1.0e6,
             friction: 0.35,

@@ -161,7 +161,7 @@ impl Solver {
     fn add_inertia(&mut self, model: &ClothModel, velocities: &[Vec3], h: f64, matrix: &mut SystemMatrix) {
         let drag = self.options.air_drag;
         for (vertex, (&mass, &area)) in model.masses().iter().zip(model.areas()).enumerate() {
-            self.forces[vertex] = self.options.gravity * mass - velocities[vertex] * (drag * area);
+            self.forces[vertex] = Vec3::from_array(self.options.gravity) * mass - velocities[vertex] * (drag * area);
             let diagonal = mass / (h * h) + drag * area / h;
             matrix.add_diagonal(vertex, Mat3A::from_diagonal(glam::Vec3::splat(diagonal as f32)));
         }
