@@ -5,7 +5,9 @@
 
 pub mod drape;
 mod error;
+mod outfit;
 pub mod refine;
 
 pub use drape::{DrapeModel, Garment, Synthesis, TrainOptions, TrainingSet, Wrinkles};
 pub use error::GarmentError;
+pub use outfit::{FrameReport, LayerReport, Outfit, Wearer};

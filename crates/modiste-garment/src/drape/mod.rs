@@ -10,6 +10,10 @@ mod load;
 mod model;
 mod shape;
 mod synthesis;
+#[cfg(test)]
+pub(crate) mod synthetic;
+#[cfg(test)]
+mod tests;
 mod training_set;
 mod wrinkle;
 

@@ -1,0 +1,241 @@
+//! The learned garment as a whole.
+
+use std::sync::Arc;
+
+use modiste_body::{Motion, Pose};
+use modiste_core::{Mat3, Quat, Silent, Vec3, centroid, deformation_gradients};
+
+use super::synthetic::{anchor_body, motion, sequence, shaped, training_set};
+use super::{
+    DrapeModel, DynamicsOptions, InputOptions, Placement, ShapeOptions, Synthesis, TrainOptions, TrainingSet,
+    WrinkleFrame, WrinkleOptions, Wrinkles, leave_one_out, wrinkle_gradients,
+};
+
+fn options() -> TrainOptions {
+    TrainOptions {
+        shape: ShapeOptions { count: 5, body_count: 3, ridge: 1e-6, area_weighted: false },
+        wrinkle: WrinkleOptions { max_count: 12, min_count: 4, variance: 0.999, ..WrinkleOptions::default() },
+        dynamics: DynamicsOptions { inputs: InputOptions::PAPER, folds: 5, ..DynamicsOptions::default() },
+    }
+}
+
+fn trained(set: &TrainingSet) -> Arc<DrapeModel> {
+    Arc::new(DrapeModel::train(set, &options(), &Silent).unwrap().0)
+}
+
+fn run(model: &Arc<DrapeModel>, shape: &[f64], motion: &Motion, kind: Wrinkles) -> Vec<Vec<Vec3>> {
+    let mut synthesis = Synthesis::new(model.clone(), shape, 4).unwrap().with_wrinkles(kind);
+    motion.frames.iter().map(|pose| synthesis.step(pose, &anchor_body(pose)).to_vec()).collect()
+}
+
+fn mean_distance(a: &[Vec3], b: &[Vec3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a.distance(*b)).sum::<f64>() / a.len() as f64
+}
+
+#[test]
+fn an_unseen_motion_is_followed_and_better_with_dynamics_than_without() {
+    let set = training_set();
+    let model = trained(&set);
+    let truth = sequence(&set.garment, "unseen", motion(99, 120));
+    let error = |kind| {
+        let frames = run(&model, &[], &truth.motion, kind);
+        frames.iter().zip(&truth.frames).skip(10).map(|(a, b)| mean_distance(a, b)).sum::<f64>() / 110.0
+    };
+    let (dynamic, fixed) = (error(Wrinkles::Dynamic), error(Wrinkles::Static));
+    assert!(dynamic < 0.003, "{dynamic}");
+    assert!(dynamic < 0.7 * fixed, "{dynamic} {fixed}");
+}
+
+#[test]
+fn an_unseen_body_gets_its_own_garment() {
+    let set = training_set();
+    let model = trained(&set);
+    let still = Motion { fps: 30.0, frames: vec![Pose::template(Vec3::new(0.0, 0.9, 0.0))] };
+    let error = |given: &[f64], truth: &[f64]| {
+        let made = &run(&model, given, &still, Wrinkles::Static)[0];
+        let mean = &run(&model, &[], &still, Wrinkles::Static)[0];
+        let (truth, template) = (shaped(&set.garment, truth), shaped(&set.garment, &[]));
+        // Changes are compared: the wrinkles of the template pose are common to both.
+        let change = |a: &[Vec3], b: &[Vec3]| -> Vec<Vec3> {
+            let shift = centroid(a) - centroid(b);
+            a.iter().zip(b).map(|(a, b)| *a - *b - shift).collect()
+        };
+        mean_distance(&change(made, mean), &change(&truth, &template))
+    };
+    let shape = [1.5, -1.0, 1.2];
+    assert!(error(&shape, &shape) < 0.001, "{}", error(&shape, &shape));
+    assert!(error(&[], &shape) > 0.005, "the body matters");
+}
+
+#[test]
+fn heading_and_place_of_the_body_carry_over_to_the_garment() {
+    let set = training_set();
+    for frame in [WrinkleFrame::Part, WrinkleFrame::Pelvis] {
+        let mut options = options();
+        options.wrinkle.frame = frame;
+        options.dynamics.inputs = InputOptions::default();
+        let model = Arc::new(DrapeModel::train(&set, &options, &Silent).unwrap().0);
+        let plain = motion(21, 25);
+        let (turn, shift) = (Quat::from_rotation_y(2.0), Vec3::new(3.0, 0.0, -1.0));
+        let mut turned = plain.clone();
+        for pose in &mut turned.frames {
+            pose.root_translation = turn * pose.root_translation + shift;
+            pose.rotations[0] = (turn * Quat::from_scaled_axis(pose.rotations[0])).to_scaled_axis();
+        }
+        let wanted = run(&model, &[1.0, 0.5], &plain, Wrinkles::Dynamic);
+        let found = run(&model, &[1.0, 0.5], &turned, Wrinkles::Dynamic);
+        for (wanted, found) in wanted.iter().zip(&found) {
+            let wanted: Vec<Vec3> = wanted.iter().map(|vertex| turn * *vertex + shift).collect();
+            assert!(mean_distance(&wanted, found) < 1e-9);
+        }
+    }
+}
+
+#[test]
+fn the_factors_multiply_back_to_the_gradients() {
+    let set = training_set();
+    let example = &set.sequences[1];
+    let (pose, vertices) = (&example.motion.frames[40], &example.frames[40]);
+    let gradients = deformation_gradients(&set.garment.topology, &set.garment.template, vertices);
+    for frame in [WrinkleFrame::Part, WrinkleFrame::Pelvis] {
+        let wrinkles = wrinkle_gradients(&set.garment, frame, pose, vertices);
+        let flat = super::gradient::flatten(&wrinkles);
+        let mut product = vec![Mat3::ZERO; gradients.len()];
+        let shape = vec![Mat3::IDENTITY; gradients.len()];
+        super::wrinkle::compose_all(frame, pose, &set.garment.face_parts, &shape, &flat, &mut product);
+        for (wanted, found) in gradients.iter().zip(&product) {
+            assert!(wanted.abs_diff_eq(*found, 1e-5), "{wanted} {found}");
+        }
+    }
+}
+
+#[test]
+fn leaving_one_out_agrees_with_training_again_on_the_others() {
+    let set = training_set();
+    let shape = ShapeOptions { count: 3, body_count: 5, ridge: 0.2, area_weighted: false };
+    let bodies: Vec<Vec<Vec3>> = set.shapes.iter().map(|_| anchor_body(&Pose::template(Vec3::ZERO))).collect();
+    let curve = leave_one_out(&set, &shape, &[0, 1, 3, 5], Placement::Anchors(&bodies)).unwrap();
+    let mut error = 0.0;
+    for left_out in 0..set.shapes.len() {
+        let mut rest = set.shapes.clone();
+        let sample = rest.remove(left_out);
+        let model = super::ShapeModel::train(&set.garment, &rest, &shape).unwrap();
+        let gradients = model.gradients(&model.predict(&sample.shape));
+        let solver = modiste_core::GradientReconstruction::new(&set.garment.topology, &set.garment.template).unwrap();
+        let mut made = vec![Vec3::ZERO; sample.vertices.len()];
+        solver.reconstruct(&gradients, &mut made);
+        let shift = crate::refine::anchors::translation(&set.garment.anchors, &made, &bodies[left_out]);
+        made.iter_mut().for_each(|vertex| *vertex += shift);
+        error += mean_distance(&made, &sample.vertices) / set.shapes.len() as f64;
+    }
+    assert!((curve.mean_error[3] - error).abs() < 1e-5, "{} {error}", curve.mean_error[3]);
+    let form = leave_one_out(&set, &shape, &[0, 1, 3, 5], Placement::Centroid).unwrap();
+    assert!(form.mean_error[2] < 0.3 * form.mean_error[0], "{form:?}");
+    assert!(form.projection_error <= form.mean_error[2] && form.mean_error[0] <= form.mean_garment_error * 1.001);
+}
+
+#[test]
+fn a_model_file_gives_the_same_garment_again() {
+    let set = training_set();
+    let mut model = DrapeModel::train(&set, &options(), &Silent).unwrap().0;
+    model.provenance.licence = "CC0".into();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tube.safetensors");
+    model.save(&path).unwrap();
+    let again = DrapeModel::load(&path).unwrap();
+    assert_eq!(again.provenance, model.provenance);
+    assert_eq!(again.to_bytes("again").unwrap(), model.to_bytes("model").unwrap());
+    let moving = motion(31, 12);
+    let wanted = run(&Arc::new(model), &[0.4, -1.0], &moving, Wrinkles::Dynamic);
+    assert_eq!(run(&Arc::new(again), &[0.4, -1.0], &moving, Wrinkles::Dynamic), wanted);
+}
+
+#[test]
+fn damaged_model_files_are_refused_with_the_reason() {
+    let model = DrapeModel::train(&training_set(), &options(), &Silent).unwrap().0;
+    let bytes = model.to_bytes("tube").unwrap();
+    let refusal = |bytes: Vec<u8>| DrapeModel::parse(bytes, "tube.safetensors").unwrap_err().to_string();
+    assert!(refusal(bytes[..bytes.len() / 2].to_vec()).contains("tube.safetensors"));
+    assert!(refusal(Vec::new()).contains("tube.safetensors"));
+    let replaced = |from: &str, to: &str| {
+        let text = from.as_bytes();
+        let at = bytes.windows(text.len()).position(|window| window == text).expect("the header names it");
+        let mut damaged = bytes.clone();
+        damaged[at..at + text.len()].copy_from_slice(to.as_bytes());
+        refusal(damaged)
+    };
+    assert!(replaced(r#"schema\":1"#, r#"schema\":9"#).contains("version 9"));
+    assert!(replaced(r#"kind\":\"garment"#, r#"kind\":\"gaiters"#).contains("gaiters"));
+    assert!(replaced(r#"gender\":\"female"#, r#"gender\":\"femail"#).contains("femail"));
+    assert!(replaced(r#"wrinkle_frame\":\"part"#, r#"wrinkle_frame\":\"tart"#).contains("tart"));
+}
+
+#[test]
+fn what_does_not_fit_the_model_is_refused() {
+    let set = training_set();
+    let model = trained(&set);
+    let refusal = |shape: &[f64], count| Synthesis::new(model.clone(), shape, count).unwrap_err().to_string();
+    assert!(refusal(&[f64::NAN], 4).contains("β[0]"));
+    assert!(refusal(&[], 3).contains("more than 3 vertices"));
+    let mut short = set.clone();
+    short.sequences[2].frames.pop();
+    assert!(DrapeModel::train(&short, &options(), &Silent).unwrap_err().to_string().contains("motion-2"));
+    let mut bad = set.clone();
+    bad.shapes[3].vertices[5].y = f64::NAN;
+    assert!(DrapeModel::train(&bad, &options(), &Silent).unwrap_err().to_string().contains("shape 3"));
+    let mut empty = set;
+    empty.shapes.clear();
+    assert!(DrapeModel::train(&empty, &options(), &Silent).unwrap_err().to_string().contains("at least 2 bodies"));
+}
+
+#[test]
+fn a_training_set_is_read_back_from_its_folder() {
+    let set = training_set();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let entry = |name: &str, finished| serde_json::json!({"name": name, "kind": "pose", "frames": 80, "finished": finished});
+    let manifest = serde_json::json!({
+        "schema": 1, "garment": "tube", "gender": "female", "seed": 7, "hashes": {"pattern.json": "abc"},
+        "sequences": [entry("motion-0", true), entry("motion-1", false)], "dropped": [],
+    });
+    modiste_io::json::write(path("manifest.json"), &manifest).unwrap();
+    let garment = &set.garment;
+    let (faces, shapes) = (garment.topology.face_count(), set.shapes.len());
+    let parts: Vec<u8> = garment.face_parts.iter().map(|part| part.index() as u8).collect();
+    let mut writer = modiste_io::npz::Writer::new();
+    writer.add_triangles("faces", garment.topology.faces()).add_u8("face_parts", &[faces], parts);
+    writer.add_points("template", &garment.template).add_u32("waist_band", &[0], vec![]);
+    writer.add_u32("anchors", &[garment.anchors.len(), 2], garment.anchors.as_flattened().to_vec());
+    writer.add_f32("uv", &[faces, 3, 2], garment.uv.as_flattened().as_flattened().to_vec());
+    writer.save(path("garment.npz")).unwrap();
+    let flat = |lists: &[Vec<Vec3>]| -> Vec<f32> {
+        lists.iter().flatten().flat_map(|vertex| vertex.as_vec3().to_array()).collect()
+    };
+    let meshes: Vec<Vec<Vec3>> = set.shapes.iter().map(|sample| sample.vertices.clone()).collect();
+    let beta: Vec<f32> = set.shapes.iter().flat_map(|sample| sample.shape.iter().map(|&b| b as f32)).collect();
+    let mut writer = modiste_io::npz::Writer::new();
+    writer.add_f32("vertices", &[shapes, garment.template.len(), 3], flat(&meshes)).add_f32("beta", &[shapes, 5], beta);
+    writer.save(path("shapes.npz")).unwrap();
+    let example = &set.sequences[0];
+    let rotations: Vec<Vec<Vec3>> = example.motion.frames.iter().map(|pose| pose.rotations.to_vec()).collect();
+    let roots: Vec<Vec3> = example.motion.frames.iter().map(|pose| pose.root_translation).collect();
+    let mut writer = modiste_io::npz::Writer::new();
+    writer.add_f32("vertices", &[80, garment.template.len(), 3], flat(&example.frames));
+    writer.add_f32("rotations", &[80, 19, 3], flat(&rotations)).add_points("root_translation", &roots);
+    writer.add_f64("fps", &[], vec![30.0]);
+    writer.save(path("pose-motion-0.npz")).unwrap();
+
+    let read = TrainingSet::load(folder.path()).unwrap();
+    assert_eq!((read.shapes.len(), read.sequences.len(), read.seed), (12, 1, 7));
+    assert_eq!(read.garment.face_parts, garment.face_parts);
+    assert_eq!(read.garment.topology, garment.topology);
+    assert_eq!(read.sources, set.sources);
+    assert!(mean_distance(&read.sequences[0].frames[33], &example.frames[33]) < 1e-6);
+    assert!((read.sequences[0].motion.frames[5].rotations[2] - example.motion.frames[5].rotations[2]).length() < 1e-6);
+
+    let mut short = modiste_io::npz::Writer::new();
+    short.add_points("template", &garment.template);
+    short.save(path("garment.npz")).unwrap();
+    let refusal = TrainingSet::load(folder.path()).unwrap_err().to_string();
+    assert!(refusal.contains("garment.npz") && refusal.contains("faces"), "{refusal}");
+}

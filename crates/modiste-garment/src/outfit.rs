@@ -1,0 +1,218 @@
+//! Several garments on one body: synthesis, then the fit from the inside out (DRAPE §5, Guan ch. 5 §4).
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use modiste_body::{Body, Gender, Part, Pose};
+use modiste_core::{Topology, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::refine::{Below, ExactReport, Fit, FitOptions, Obstacle, upper_body};
+use crate::{DrapeModel, GarmentError, Synthesis, Wrinkles};
+
+/// What an outfit needs to know of a body.
+#[derive(Debug, Clone, Copy)]
+pub struct Wearer<'a> {
+    /// Which body model it belongs to.
+    pub gender: Gender,
+    /// Body shape in standard deviations, β.
+    pub shape: &'a [f64],
+    /// Its triangles.
+    pub topology: &'a Arc<Topology>,
+    /// The part of each face.
+    pub face_parts: &'a [Part],
+    /// The part of each vertex.
+    pub vertex_parts: &'a [Part],
+    /// Its vertices in the template pose (m).
+    pub template_vertices: &'a [Vec3],
+    /// The pose in which it has them.
+    pub template_pose: &'a Pose,
+}
+
+/// What happened to one garment in one frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct LayerReport {
+    /// Vertices inside a surface below after the paper's iterations.
+    pub inside_before: usize,
+    /// Depth of the deepest of them (m).
+    pub depth_before: f64,
+    /// Vertices that are left inside a surface below.
+    pub inside_after: usize,
+    /// Depth of the deepest of them (m).
+    pub depth_after: f64,
+    /// Vertices caught between parts of the body that pass through each other.
+    pub pinched: usize,
+    /// Rounds of exact pushing.
+    pub rounds: usize,
+    /// Time of the synthesis (s).
+    pub synthesis_seconds: f64,
+    /// Time of the fit (s).
+    pub fit_seconds: f64,
+}
+
+/// What happened in one frame.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct FrameReport {
+    /// Time to take in the posed body (s).
+    pub body_seconds: f64,
+    /// One report for each garment, from the inside out.
+    pub layers: Vec<LayerReport>,
+}
+
+impl FrameReport {
+    /// Time of the whole frame (s).
+    pub fn seconds(&self) -> f64 {
+        self.layers.iter().map(|layer| layer.synthesis_seconds + layer.fit_seconds).sum::<f64>() + self.body_seconds
+    }
+}
+
+/// One garment of an outfit.
+#[derive(Debug, Clone)]
+struct Layer {
+    synthesis: Synthesis,
+    fit: Fit,
+    vertices: Vec<Vec3>,
+    /// The garment as a surface for those above it; `None` for the outermost.
+    surface: Option<Obstacle>,
+    /// All of its vertices, as members of the combined vertex set.
+    members: Vec<u32>,
+    /// The vertices of the body in its combined vertex set.
+    body_members: Vec<u32>,
+}
+
+/// A body's garments, frame after frame.
+#[derive(Debug, Clone)]
+pub struct Outfit {
+    body: Obstacle,
+    layers: Vec<Layer>,
+    report: FrameReport,
+}
+
+impl Outfit {
+    /// Puts garments on a body, the innermost first.
+    ///
+    /// # Errors
+    /// A garment of the other body model, or one whose waist does not part the body under another garment.
+    pub fn new(body: &Body, garments: &[Arc<DrapeModel>], options: &FitOptions) -> Result<Self, GarmentError> {
+        let model = body.model();
+        let wearer = Wearer {
+            gender: model.gender(),
+            shape: body.shape(),
+            topology: model.topology(),
+            face_parts: model.face_parts(),
+            vertex_parts: model.vertex_parts(),
+            template_vertices: body.rest_vertices(),
+            template_pose: &body.template_pose(),
+        };
+        Self::on(&wearer, garments, options)
+    }
+
+    /// [`Self::new`] for a body given by its parts.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn on(wearer: &Wearer<'_>, garments: &[Arc<DrapeModel>], options: &FitOptions) -> Result<Self, GarmentError> {
+        let body = Obstacle::body(wearer.topology.clone(), wearer.face_parts, wearer.template_vertices);
+        let mut body_members: Vec<u32> = (0..wearer.topology.vertex_count() as u32).collect();
+        let mut layers: Vec<Layer> = Vec::with_capacity(garments.len());
+        for (index, model) in garments.iter().enumerate() {
+            let garment = model.garment();
+            if garment.gender != wearer.gender {
+                let wanted = format!("{} as the body", wearer.gender.name());
+                return Err(GarmentError::data(format!("gender of {}", garment.name), wanted, garment.gender.name()));
+            }
+            let mut synthesis = Synthesis::new(model.clone(), wearer.shape, wearer.topology.vertex_count())?;
+            let vertices = synthesis.step(wearer.template_pose, wearer.template_vertices).to_vec();
+            synthesis.restart();
+            let own_members = body_members.clone();
+            let is_outermost = index + 1 == garments.len();
+            if !is_outermost && !garment.waist_band.is_empty() {
+                let band: Vec<Vec3> = garment.waist_band.iter().map(|&vertex| vertices[vertex as usize]).collect();
+                let upper = upper_body(wearer.topology, wearer.vertex_parts, wearer.template_vertices, &band)?;
+                body_members.retain(|vertex| upper.binary_search(vertex).is_ok());
+            }
+            layers.push(Layer {
+                synthesis,
+                fit: Fit::new(&garment.topology, &garment.waist_band, options.clone()),
+                surface: (!is_outermost).then(|| Obstacle::single(garment.topology.clone(), &vertices)),
+                members: (0..garment.topology.vertex_count() as u32).collect(),
+                body_members: own_members,
+                vertices,
+            });
+        }
+        let report = FrameReport { layers: vec![LayerReport::default(); layers.len()], ..FrameReport::default() };
+        Ok(Self { body, layers, report })
+    }
+
+    /// Chooses the wrinkles of all garments.
+    #[must_use]
+    pub fn with_wrinkles(mut self, wrinkles: Wrinkles) -> Self {
+        for layer in &mut self.layers {
+            layer.synthesis = layer.synthesis.clone().with_wrinkles(wrinkles);
+        }
+        self
+    }
+
+    /// Forgets the past: the next frame is the first.
+    pub fn restart(&mut self) {
+        self.layers.iter_mut().for_each(|layer| layer.synthesis.restart());
+    }
+
+    /// Number of garments.
+    pub fn count(&self) -> usize {
+        self.layers.len()
+    }
+
+    /// The model of one garment, counted from the inside.
+    pub fn model(&self, layer: usize) -> &Arc<DrapeModel> {
+        self.layers[layer].synthesis.model()
+    }
+
+    /// The vertices (m, world) of one garment in the last frame, counted from the inside.
+    pub fn vertices(&self, layer: usize) -> &[Vec3] {
+        &self.layers[layer].vertices
+    }
+
+    /// The vertices (m, world) of one garment in the last frame as they were predicted, before the fit.
+    pub fn predicted(&self, layer: usize) -> &[Vec3] {
+        self.layers[layer].synthesis.vertices()
+    }
+
+    /// The next frame: `body` are the vertices of the body in `pose`. Frames follow each other at the rate of the models.
+    pub fn step(&mut self, pose: &Pose, body: &[Vec3]) -> &FrameReport {
+        let started = Instant::now();
+        self.body.update(body);
+        self.report.body_seconds = started.elapsed().as_secs_f64();
+        for index in 0..self.layers.len() {
+            let (inner, rest) = self.layers.split_at_mut(index);
+            let Layer { synthesis, fit, vertices, surface, body_members, .. } = &mut rest[0];
+            let started = Instant::now();
+            vertices.copy_from_slice(synthesis.step(pose, body));
+            let synthesised = Instant::now();
+            let mut below = vec![Below { obstacle: &self.body, members: body_members }];
+            below.extend(inner.iter().filter_map(|layer| {
+                layer.surface.as_ref().map(|obstacle| Below { obstacle, members: &layer.members })
+            }));
+            let exact = fit.fit(&below, vertices);
+            if let Some(surface) = surface {
+                surface.update(vertices);
+            }
+            let times = (synthesised - started, synthesised.elapsed());
+            self.report.layers[index] = layer_report(exact, times.0.as_secs_f64(), times.1.as_secs_f64());
+        }
+        &self.report
+    }
+}
+
+fn layer_report(exact: ExactReport, synthesis_seconds: f64, fit_seconds: f64) -> LayerReport {
+    LayerReport {
+        inside_before: exact.inside_before,
+        depth_before: exact.depth_before,
+        inside_after: exact.inside_after,
+        depth_after: exact.depth_after,
+        pinched: exact.pinched,
+        rounds: exact.rounds,
+        synthesis_seconds,
+        fit_seconds,
+    }
+}
