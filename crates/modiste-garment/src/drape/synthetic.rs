@@ -66,7 +66,7 @@ pub(crate) fn motion(seed: u64, frames: usize) -> Motion {
     let draws: Vec<[f64; 3]> = (0..12).map(|_| [normal(&mut rng), normal(&mut rng), normal(&mut rng)]).collect();
     let wave = |channel: usize, time: f64| {
         let [a, b, c] = draws[channel];
-        0.25 * (a * (0.15 * (2.0 + b) * time).sin() + c * (0.1 * time).cos())
+        0.1 * (a * (0.15 * (2.0 + b) * time).sin() + c * (0.1 * time).cos())
     };
     let pose = |frame: usize| {
         let time = frame as f64;
@@ -101,7 +101,7 @@ pub(crate) fn sequence(garment: &Garment, name: &str, motion: Motion) -> PoseSeq
         let from_world = Quat::from_scaled_axis(back(2).rotations[0]).inverse();
         let step = |pose: &Pose| (from_world * (pose.root_translation - back(2).root_translation)).x;
         let bent = motion.frames[frame].rotations[Part::Chest.index()].x;
-        let swing = 1.5 * newer - 0.7 * older + 0.4 * step(back(0)) - 0.6 * step(back(1)) + 0.01 * bent;
+        let swing = 1.5 * newer - 0.7 * older + step(back(0)) - 1.5 * step(back(1)) + 0.01 * bent;
         (newer, older) = (swing, newer);
         let pose = &motion.frames[frame];
         let ripple = |point: &Vec3| {

@@ -42,8 +42,8 @@ fn an_unseen_motion_is_followed_and_better_with_dynamics_than_without() {
         frames.iter().zip(&truth.frames).skip(10).map(|(a, b)| mean_distance(a, b)).sum::<f64>() / 110.0
     };
     let (dynamic, fixed) = (error(Wrinkles::Dynamic), error(Wrinkles::Static));
-    assert!(dynamic < 0.003, "{dynamic}");
-    assert!(dynamic < 0.7 * fixed, "{dynamic} {fixed}");
+    assert!(dynamic < 0.006, "{dynamic} {fixed}");
+    assert!(dynamic < 0.3 * fixed, "{dynamic} {fixed}");
 }
 
 #[test]
