@@ -120,7 +120,13 @@ fn solve_person(
     let mut rng = seeded_rng(seed ^ (u64::from(subject.id) << 20));
     let start = space.draw_person(subject.age, &mut rng);
     let body = solve_subject(space, template, subject, &start)?;
-    let twin = solve_subject(twin_space, template, subject, &start[..twin_space.unknowns().len()])?;
+    let count = twin_space.unknowns().len();
+    // Without soft directions a body is its own twin.
+    let twin = if count == start.len() {
+        body.clone()
+    } else {
+        solve_subject(twin_space, template, subject, &start[..count])?
+    };
     let single: Vec<[f32; 3]> = body.points.iter().map(|p| p.as_vec3().to_array()).collect();
     let mut joints = [[0.0; 3]; Part::COUNT];
     joints.copy_from_slice(&single[BODY_VERTEX_COUNT..]);

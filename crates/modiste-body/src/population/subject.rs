@@ -18,7 +18,11 @@ pub struct AnsurQuantity {
     pub tolerance: f64,
 }
 
-/// What each body is solved for. The survey's biceps is flexed; the relaxed arm is taken as 2.5 cm less, loosely.
+/// What each body is solved for.
+///
+/// The survey's biceps is flexed; the relaxed arm is taken as 1.5 cm less, loosely. The offsets of height, breadths and
+/// depths of waist and hip are the mean misfit of average bodies whose girths fit (feet apart, outline of the artist's
+/// body, pressed callipers), so that these quantities shape a body by how a person differs from the mean.
 pub const ANSUR_QUANTITIES: [AnsurQuantity; 24] = [
     ansur(Quantity::Stature, "stature", 0.0, 0.001),
     ansur(Quantity::BodyMass, "weightkg", 0.0, 0.15),
@@ -26,24 +30,24 @@ pub const ANSUR_QUANTITIES: [AnsurQuantity; 24] = [
     ansur(Quantity::WaistGirth, "waistcircumference", 0.0, 0.001),
     ansur(Quantity::HipGirth, "buttockcircumference", 0.0, 0.001),
     ansur(Quantity::NeckGirth, "neckcircumference", 0.0, 0.004),
-    ansur(Quantity::ThighGirth, "thighcircumference", 0.0, 0.006),
+    ansur(Quantity::ThighGirth, "thighcircumference", 0.0, 0.008),
     ansur(Quantity::CalfGirth, "calfcircumference", 0.0, 0.004),
-    ansur(Quantity::UpperArmGirth, "bicepscircumferenceflexed", -0.025, 0.012),
+    ansur(Quantity::UpperArmGirth, "bicepscircumferenceflexed", -0.015, 0.012),
     ansur(Quantity::WristGirth, "wristcircumference", 0.0, 0.005),
     ansur(Quantity::ShoulderBreadth, "biacromialbreadth", 0.0, 0.005),
     ansur(Quantity::UpperArmLength, "acromionradialelength", 0.0, 0.005),
     ansur(Quantity::LowerArmLength, "radialestylionlength", 0.0, 0.005),
     ansur(Quantity::InsideLegLength, "crotchheight", 0.0, 0.004),
     ansur(Quantity::KneeHeight, "kneeheightmidpatella", 0.0, 0.006),
-    ansur(Quantity::HipHeight, "buttockheight", 0.0, 0.008),
+    ansur(Quantity::HipHeight, "buttockheight", 0.022, 0.008),
     ansur(Quantity::WaistHeight, "waistheightomphalion", 0.0, 0.006),
     ansur(Quantity::BustHeight, "chestheight", 0.0, 0.006),
     ansur(Quantity::BackNeckHeight, "cervicaleheight", 0.0, 0.006),
-    ansur(Quantity::ChestDepth, "chestdepth", 0.0, 0.008),
-    ansur(Quantity::WaistBreadth, "waistbreadth", 0.0, 0.006),
-    ansur(Quantity::WaistDepth, "waistdepth", 0.0, 0.006),
-    ansur(Quantity::HipBreadth, "hipbreadth", 0.0, 0.006),
-    ansur(Quantity::HipDepth, "buttockdepth", 0.0, 0.008),
+    ansur(Quantity::ChestDepth, "chestdepth", 0.004, 0.008),
+    ansur(Quantity::WaistBreadth, "waistbreadth", 0.009, 0.006),
+    ansur(Quantity::WaistDepth, "waistdepth", 0.016, 0.006),
+    ansur(Quantity::HipBreadth, "hipbreadth", 0.022, 0.006),
+    ansur(Quantity::HipDepth, "buttockdepth", 0.016, 0.008),
 ];
 
 const fn ansur(quantity: Quantity, column: &'static str, offset: f64, tolerance: f64) -> AnsurQuantity {
