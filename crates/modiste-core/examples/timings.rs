@@ -37,7 +37,7 @@ fn queries() {
     let mut rng = seeded_rng(1);
     let points: Vec<Vec3> = (0..18_900)
         .map(|i| {
-            let vertex = i * 7919 % body.vertices.len();
+            let vertex = i % body.vertices.len();
             let jitter = 0.005 * Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
             body.vertices[vertex] + 0.01 * normal(&mut rng).abs() * normals[vertex] + jitter
         })

@@ -2,6 +2,7 @@
 
 mod bvh;
 mod components;
+mod conjugate_gradients;
 mod curvature;
 mod deformation;
 mod dense;
@@ -9,11 +10,15 @@ mod error;
 mod geodesic;
 mod mesh;
 mod pca;
+mod polygon;
 mod progress;
 mod quantised;
 pub mod render;
 mod rng;
+mod rotation;
 pub mod shapes;
+mod signed_distance;
+mod slice;
 mod sparse_cholesky;
 mod sparse_matrix;
 mod topology;
@@ -21,6 +26,7 @@ mod triangle;
 
 pub use bvh::{RayHit, SurfacePoint, TriangleBvh, triangles_cross, winding_number_exact};
 pub use components::{boundary_loops, connected_components};
+pub use conjugate_gradients::{BlockSystem, CgReport};
 pub use curvature::mean_curvature;
 pub use deformation::{GradientReconstruction, deformation_gradients};
 pub use dense::{Matrix, ThinSvd, largest_eigenvalue_magnitude, ridge, solve_spd, symmetric_eigen, thin_svd};
@@ -32,9 +38,16 @@ pub use mesh::{
     vertex_normals_into, volume,
 };
 pub use pca::Pca;
+pub use polygon::{convex_hull_2d, polygon_area, polygon_contains, polygon_perimeter};
 pub use progress::{Progress, Silent};
 pub use quantised::QuantisedBasis;
 pub use rng::{Rng, below, normal, seeded_rng, shuffle, uniform};
+pub use rotation::{
+    align_rigid, angle_between, cross_matrix, mean_rotation, nearest_rotation, polar_decomposition, quat_from_vector,
+    rotation_between, rotation_from_vector, swing_twist, vector_from_quat, vector_from_rotation,
+};
+pub use signed_distance::{pseudonormal, signed_distance};
+pub use slice::{SliceLoop, SliceSegment, chain_segments, slice_by_plane};
 pub use sparse_cholesky::SparseCholesky;
 pub use sparse_matrix::SparseMatrix;
 pub use topology::{Adjacency, Edge, Topology, TopologyError};

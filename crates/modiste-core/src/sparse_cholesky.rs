@@ -284,12 +284,31 @@ impl SparseCholesky {
                 x[start + row] = value.times(diagonal[at + row]);
                 at += row + 1;
             }
-            for (&row, factors) in rows.iter().zip(below.chunks_exact(width)) {
-                let mut value = x[row as usize];
-                for (&factor, &other) in factors.iter().zip(&x[start..start + width]) {
+            // Four rows at a time read the supernode's own entries once.
+            let (head, tail) = x.split_at_mut(start + width);
+            let (own, passed) = (&head[start..], start + width);
+            let (mut row_blocks, mut factor_blocks) = (rows.chunks_exact(4), below.chunks_exact(4 * width));
+            for (rows, factors) in row_blocks.by_ref().zip(factor_blocks.by_ref()) {
+                let at = [0, 1, 2, 3].map(|i| rows[i] as usize - passed);
+                let mut values = at.map(|place| tail[place]);
+                let [first, second, third, fourth] = [0, 1, 2, 3].map(|i| &factors[i * width..(i + 1) * width]);
+                for (column, &other) in own.iter().enumerate() {
+                    values[0] = values[0].minus(first[column], other);
+                    values[1] = values[1].minus(second[column], other);
+                    values[2] = values[2].minus(third[column], other);
+                    values[3] = values[3].minus(fourth[column], other);
+                }
+                for (place, value) in at.into_iter().zip(values) {
+                    tail[place] = value;
+                }
+            }
+            let rest = factor_blocks.remainder().chunks_exact(width);
+            for (&row, factors) in row_blocks.remainder().iter().zip(rest) {
+                let mut value = tail[row as usize - passed];
+                for (&factor, &other) in factors.iter().zip(own) {
                     value = value.minus(factor, other);
                 }
-                x[row as usize] = value;
+                tail[row as usize - passed] = value;
             }
         }
     }
@@ -301,8 +320,23 @@ impl SparseCholesky {
             let (start, width) = (node.start as usize, node.width as usize);
             let (head, tail) = x.split_at_mut(start + width);
             let own = &mut head[start..];
-            for (&row, factors) in rows.iter().zip(below.chunks_exact(width)) {
-                let other = tail[row as usize - start - width];
+            let passed = start + width;
+            // From the end to the start of memory, which the processor can foresee.
+            let (mut row_blocks, mut factor_blocks) = (rows.rchunks_exact(4), below.rchunks_exact(4 * width));
+            for (rows, factors) in row_blocks.by_ref().zip(factor_blocks.by_ref()) {
+                let others = [0, 1, 2, 3].map(|i| tail[rows[i] as usize - passed]);
+                let [first, second, third, fourth] = [0, 1, 2, 3].map(|i| &factors[i * width..(i + 1) * width]);
+                for (column, value) in own.iter_mut().enumerate() {
+                    *value = value
+                        .minus(first[column], others[0])
+                        .minus(second[column], others[1])
+                        .minus(third[column], others[2])
+                        .minus(fourth[column], others[3]);
+                }
+            }
+            let rest = factor_blocks.remainder().chunks_exact(width);
+            for (&row, factors) in row_blocks.remainder().iter().zip(rest) {
+                let other = tail[row as usize - passed];
                 for (value, &factor) in own.iter_mut().zip(factors) {
                     *value = value.minus(factor, other);
                 }

@@ -19,7 +19,7 @@ use winding::Dipole;
 /// Children of a node.
 const WIDTH: usize = 4;
 /// Most faces in a leaf.
-const LEAF: usize = 4;
+const LEAF: usize = 2;
 /// Deep enough for any tree: a child has at most (5/6)³ of the faces of its node, which makes 33 levels for 2²⁸ faces,
 /// and each level leaves up to three siblings waiting.
 const STACK: usize = 128;
@@ -35,6 +35,8 @@ pub struct TriangleBvh {
     /// Faces in the order of the leaves: corners, and index in the topology.
     corners: Vec<[u32; 3]>,
     faces: Vec<u32>,
+    /// Place in the order of the leaves of each face of the topology; `u32::MAX` if it is not in the tree.
+    places: Vec<u32>,
     /// Largest magnitude of a coordinate of a box.
     extent: f64,
 }
@@ -121,7 +123,12 @@ impl TriangleBvh {
     pub fn of_faces(topology: &Topology, x: &[Vec3], faces: &[u32]) -> Self {
         let corners: Vec<[u32; 3]> = faces.iter().map(|&face| topology.faces()[face as usize]).collect();
         let (nodes, order) = build::build(&corners, x);
+        let mut places = vec![u32::MAX; topology.face_count()];
+        for (place, &index) in (0u32..).zip(&order) {
+            places[faces[index as usize] as usize] = place;
+        }
         let mut tree = Self {
+            places,
             dipoles: vec![[Dipole::default(); WIDTH]; nodes.len()],
             nodes,
             corners: order.iter().map(|&index| corners[index as usize]).collect(),
@@ -151,7 +158,7 @@ impl TriangleBvh {
                             self.nodes[index].low[axis][slot] = low.into_iter().fold(f32::INFINITY, f32::min);
                             self.nodes[index].high[axis][slot] = high.into_iter().fold(f32::NEG_INFINITY, f32::max);
                         }
-                        self.dipoles[index][slot] = Dipole::joined(&self.dipoles[child]);
+                        self.dipoles[index][slot] = Dipole::joined(self.dipoles[child].iter().copied());
                     }
                     ChildKind::Leaf(first, count) => {
                         let corners = &self.corners[first..first + count];
