@@ -1,16 +1,16 @@
-//! The part rotation of every triangle, blended where parts meet.
+//! The parts that triangles and vertices follow, and the triangles' rotations, blended where parts meet.
 
-use modiste_core::{Mat3, Quat};
+use modiste_core::{Mat3, Quat, Vec3};
 
 use crate::Part;
 
 /// Most parts that one triangle follows.
 pub(crate) const BLEND_COUNT: usize = 4;
 
-/// For each face the parts whose rotations it follows, with weights that sum to one; unused entries have weight 0.
+/// For each face (or vertex) the parts that it follows, with weights that sum to one; unused entries have weight 0.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RotationBlend {
-    /// Part indices per face, strongest first.
+    /// Part indices per face or vertex, strongest first.
     pub parts: Vec<[u8; BLEND_COUNT]>,
     /// Their weights.
     pub weights: Vec<[f32; BLEND_COUNT]>,
@@ -18,10 +18,10 @@ pub(crate) struct RotationBlend {
 
 impl RotationBlend {
     /// Keeps the strongest parts of each face; weights below `threshold` are dropped.
-    pub(crate) fn from_face_weights(face_weights: &[[f64; Part::COUNT]], threshold: f64) -> Self {
+    pub(crate) fn from_part_weights(part_weights: &[[f64; Part::COUNT]], threshold: f64) -> Self {
         let mut blend =
-            Self { parts: Vec::with_capacity(face_weights.len()), weights: Vec::with_capacity(face_weights.len()) };
-        for weights in face_weights {
+            Self { parts: Vec::with_capacity(part_weights.len()), weights: Vec::with_capacity(part_weights.len()) };
+        for weights in part_weights {
             let mut order: Vec<usize> = (0..Part::COUNT).collect();
             order.sort_by(|&a, &b| weights[b].total_cmp(&weights[a]).then(a.cmp(&b)));
             let (mut parts, mut kept) = ([order[0] as u8; BLEND_COUNT], [0.0; BLEND_COUNT]);
@@ -46,6 +46,17 @@ impl RotationBlend {
             parts: face_parts.iter().map(|part| [part.index() as u8; BLEND_COUNT]).collect(),
             weights: vec![weights; face_parts.len()],
         }
+    }
+
+    /// The weighted mean of a vector per part.
+    pub(crate) fn mean(&self, index: usize, of_parts: &[Vec3; Part::COUNT]) -> Vec3 {
+        let (parts, weights) = (self.parts[index], self.weights[index].map(f64::from));
+        if weights[0] >= 1.0 {
+            return of_parts[usize::from(parts[0])];
+        }
+        // The stored weights sum to one but for their rounding; dividing keeps the mean of equal vectors exact.
+        let sum: Vec3 = parts.iter().zip(weights).map(|(&part, weight)| of_parts[usize::from(part)] * weight).sum();
+        sum / weights.iter().sum::<f64>()
     }
 
     /// The rotation of one face.
@@ -89,7 +100,7 @@ mod tests {
         let mut weights = [0.0; Part::COUNT];
         weights[Part::LeftUpperArm.index()] = 0.5;
         weights[Part::LeftForearm.index()] = 0.5;
-        let blend = RotationBlend::from_face_weights(&[weights], 0.01);
+        let blend = RotationBlend::from_part_weights(&[weights], 0.01);
         let mut quaternions = [Quat::IDENTITY; Part::COUNT];
         quaternions[Part::LeftForearm.index()] = -Quat::from_axis_angle(Vec3::Y, 2.4);
         let matrices = quaternions.map(Mat3::from_quat);
@@ -102,7 +113,7 @@ mod tests {
         let mut weights = [0.0; Part::COUNT];
         weights[Part::Chest.index()] = 0.995;
         weights[Part::Neck.index()] = 0.005;
-        let blend = RotationBlend::from_face_weights(&[weights], 0.01);
+        let blend = RotationBlend::from_part_weights(&[weights], 0.01);
         assert_eq!(blend, RotationBlend::rigid(&[Part::Chest]));
     }
 }

@@ -6,6 +6,7 @@ use modiste_core::{Mat3, Vec3};
 
 use super::ScapeModel;
 use super::pose_deformation::pose_features;
+use crate::pose::joint_positions;
 use crate::{BodyError, Part, Pose};
 
 /// Coefficients beyond this many standard deviations are refused: nothing like them was ever seen.
@@ -20,8 +21,8 @@ pub struct Body {
     gradients: Arc<[Mat3]>,
     rest_vertices: Vec<Vec3>,
     rest_joints: [Vec3; Part::COUNT],
-    /// From the pelvis joint to the vertices that carry it, in the template pose.
-    anchor_from_pelvis: Vec3,
+    /// From the joint of each part to the part's core, in the template pose (m).
+    core_from_joint: [Vec3; Part::COUNT],
 }
 
 impl Body {
@@ -46,8 +47,9 @@ impl Body {
             *vertex += offset;
         }
         let rest_joints = model.regress_joints(&rest_vertices);
-        let anchor_from_pelvis = model.pelvis_anchor(&rest_vertices) - rest_joints[Part::Pelvis.index()];
-        Ok(Self { model, shape: full, gradients, rest_vertices, rest_joints, anchor_from_pelvis })
+        let cores = model.part_cores(&rest_vertices);
+        let core_from_joint = std::array::from_fn(|part| cores[part] - rest_joints[part]);
+        Ok(Self { model, shape: full, gradients, rest_vertices, rest_joints, core_from_joint })
     }
 
     /// The shape coefficients β, in standard deviations, all of them.
@@ -80,7 +82,8 @@ impl Body {
         pose.joints(&self.rest_joints)
     }
 
-    /// Writes the vertices (m) in a pose: the mesh that fits `R D Q` best, its pelvis joint at `pose.root_translation`.
+    /// Writes the vertices (m) in a pose: the mesh that fits `R D Q` best, every part held where its joint is, the pelvis
+    /// joint at `pose.root_translation`.
     pub fn pose(&self, pose: &Pose, out: &mut Vec<Vec3>) {
         let data = &self.model.data;
         let quaternions = pose.world_quaternions();
@@ -99,10 +102,25 @@ impl Body {
             })
             .collect();
         self.model.reconstruct(&gradients, out);
-        let pelvis = self.model.pelvis_anchor(out) - matrices[Part::Pelvis.index()] * self.anchor_from_pelvis;
-        let offset = pose.root_translation - pelvis;
-        for vertex in out {
-            *vertex += offset;
+        let joints = joint_positions(&self.rest_joints, pose.root_translation, &quaternions);
+        self.hold_parts(&joints, &matrices, out);
+    }
+
+    /// Moves each part's core to where the kinematic tree has it, and what lies between parts along, by the skin weights.
+    ///
+    /// The least-squares solve leaves the mesh free to drift: an error of a few millimetres in the triangles of a bent
+    /// joint moves everything beyond it. Only the pelvis has to be held (it has no other place), but holding every part
+    /// keeps hands and feet where the pose says. The corrections differ between neighbouring parts by millimetres.
+    fn hold_parts(&self, joints: &[Vec3; Part::COUNT], matrices: &[Mat3; Part::COUNT], out: &mut [Vec3]) {
+        let data = &self.model.data;
+        let found = self.model.part_cores(out);
+        let pelvis = Part::Pelvis.index();
+        let offsets: [Vec3; Part::COUNT] = std::array::from_fn(|part| {
+            let part = if data.cores[part].is_empty() { pelvis } else { part };
+            joints[part] + matrices[part] * self.core_from_joint[part] - found[part]
+        });
+        for (vertex, x) in out.iter_mut().enumerate() {
+            *x += data.vertex_blend.mean(vertex, &offsets);
         }
     }
 }

@@ -1,11 +1,15 @@
 //! How well a SCAPE model describes bodies and poses that it was not trained on.
 
-use modiste_core::{Mat3, Pca, Vec3, centroid};
+use modiste_core::{Mat3, Pca, Vec3, centroid, seeded_rng};
 
 use super::model::ScapeModel;
 use super::skin::Skin;
-use super::train::shape_numbers;
-use crate::{BodyError, Pose};
+use super::train::shape_sample;
+use super::training_poses::sample_poses;
+use crate::{BodyError, Part, Pose};
+
+/// Far from the small seeds that a user would train with.
+const HELD_OUT_SEED: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Distances between vertices (mm).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -33,7 +37,7 @@ impl VertexError {
 
 /// Error (mm) of held-out bodies in the template pose, rebuilt from the first 1, 2, … coefficients of `space`.
 ///
-/// The coefficients come from the body's D alone; the rebuilt mesh is moved so that the centroids agree.
+/// The coefficients are the body's projections on the components; the rebuilt mesh is moved so that the centroids agree.
 ///
 /// # Errors
 /// A body with another number of vertices than the model.
@@ -44,11 +48,12 @@ pub fn shape_errors(model: &ScapeModel, space: &Pca, held_out: &[Vec<Vec3>]) -> 
         numbers.chunks_exact(9).map(|d| Mat3::from_cols_array(&std::array::from_fn(|i| f64::from(d[i])))).collect()
     };
     let mut mean = Vec::new();
-    model.reconstruct(&to_gradients(&space.mean), &mut mean);
+    let gradient_width = 9 * topology.face_count();
+    model.reconstruct(&to_gradients(&space.mean[..gradient_width]), &mut mean);
     let directions: Vec<Vec<Vec3>> = (0..space.count())
         .map(|k| {
             let mut direction = Vec::new();
-            model.reconstruct(&to_gradients(&space.basis[k * width..(k + 1) * width]), &mut direction);
+            model.reconstruct(&to_gradients(&space.basis[k * width..][..gradient_width]), &mut direction);
             direction
         })
         .collect();
@@ -62,7 +67,7 @@ pub fn shape_errors(model: &ScapeModel, space: &Pca, held_out: &[Vec<Vec3>]) -> 
             });
         }
         let centre = centroid(body);
-        let coefficients = space.project(&shape_numbers(topology, model.template(), body));
+        let coefficients = space.project(&shape_sample(topology, model.template(), body));
         let mut rebuilt = mean.clone();
         for (k, direction) in directions.iter().enumerate() {
             for ((x, d), truth) in rebuilt.iter_mut().zip(direction).zip(body) {
@@ -72,6 +77,11 @@ pub fn shape_errors(model: &ScapeModel, space: &Pca, held_out: &[Vec<Vec3>]) -> 
         }
     }
     Ok(distances.into_iter().map(VertexError::from_distances).collect())
+}
+
+/// Random poses that no training seed makes, for an individual with these joints (m) in the template pose.
+pub fn held_out_poses(rest_joints: &[Vec3; Part::COUNT], count: usize) -> Vec<Pose> {
+    sample_poses(rest_joints, count, &mut seeded_rng(HELD_OUT_SEED))
 }
 
 /// Error (mm) of the mean body in poses that Q was not learned from, against the skin that it was learned from.
@@ -97,12 +107,11 @@ pub fn pose_errors(
 
 #[cfg(test)]
 mod tests {
-    use modiste_core::{Silent, seeded_rng};
+    use modiste_core::Silent;
 
-    use super::{pose_errors, shape_errors};
+    use super::{held_out_poses, pose_errors, shape_errors};
     use crate::scape::synthetic;
     use crate::scape::train::{TrainOptions, train};
-    use crate::scape::training_poses::sample_poses;
 
     #[test]
     fn more_coefficients_and_blended_rotations_help() {
@@ -117,7 +126,7 @@ mod tests {
         let plain = train(&bodies, &TrainOptions { blend_rotations: false, ..options.clone() }, &Silent).unwrap();
         let rotation_only =
             train(&bodies, &TrainOptions { learn_pose_deformation: false, ..options }, &Silent).unwrap();
-        let poses = sample_poses(&synthetic::joints(), 10, &mut seeded_rng(99));
+        let poses = held_out_poses(&synthetic::joints(), 10);
         let mean = |trained: &crate::scape::train::Trained| {
             let errors = pose_errors(&trained.model, &trained.skin, &poses).unwrap();
             errors.iter().map(|error| error.mean).sum::<f64>() / errors.len() as f64

@@ -87,8 +87,12 @@ impl ScapeModel {
             shape_mean: file.f32("shape_mean", &[9 * faces])?,
             shape_basis,
             pose_deformation,
-            joints: read_joints(file)?,
-            pelvis_anchor: read_weights(file, "pelvis_anchor", file.dimension("pelvis_anchor")?)?,
+            joints: read_lists(file, "joint")?,
+            cores: read_lists(file, "core")?,
+            vertex_blend: RotationBlend {
+                parts: arrays(&file.u8("vertex_blend_parts", &[vertices, BLEND_COUNT])?),
+                weights: arrays(&file.f32("vertex_blend_weights", &[vertices, BLEND_COUNT])?),
+            },
         })
     }
 
@@ -96,15 +100,15 @@ impl ScapeModel {
         let data = &self.data;
         let (vertices, faces) = (data.template.len(), data.faces.len());
         let (shapes, blocks) = (data.shape_basis.count(), data.pose_deformation.joints.len());
-        let joint_weights: usize = data.joints.iter().map(Vec::len).sum();
+        let total = |lists: &[Vec<(u32, f32)>]| lists.iter().map(Vec::len).sum::<usize>();
         let dimensions = [
             ("vertices", vertices),
             ("faces", faces),
             ("shapes", shapes),
             ("pose_blocks", blocks),
             ("pose_features", FEATURES),
-            ("joint_weights", joint_weights),
-            ("pelvis_anchor", data.pelvis_anchor.len()),
+            ("joint_entries", total(&data.joints)),
+            ("core_entries", total(&data.cores)),
         ];
         let mut writer = Writer::new(Header {
             schema: modiste_io::model::SCHEMA,
@@ -131,10 +135,10 @@ impl ScapeModel {
         writer.add_u8("pose_joints", &[blocks], data.pose_deformation.joints.as_slice());
         writer.add_i16("pose_coefficients", &[blocks, BLOCK], data.pose_deformation.coefficients.as_slice());
         writer.add_f32("pose_scale", &[1], vec![data.pose_deformation.scale]);
-        let counts: Vec<u32> = data.joints.iter().map(|weights| weights.len() as u32).collect();
-        writer.add_u32("joint_counts", &[Part::COUNT], counts);
-        add_weights(&mut writer, "joint", &data.joints.concat());
-        add_weights(&mut writer, "pelvis_anchor", &data.pelvis_anchor);
+        writer.add_u8("vertex_blend_parts", &[vertices, BLEND_COUNT], data.vertex_blend.parts.as_flattened());
+        writer.add_f32("vertex_blend_weights", &[vertices, BLEND_COUNT], data.vertex_blend.weights.as_flattened());
+        add_lists(&mut writer, "joint", &data.joints);
+        add_lists(&mut writer, "core", &data.cores);
         writer
     }
 }
@@ -151,27 +155,25 @@ fn parts(indices: &[u8]) -> Result<Vec<Part>, BodyError> {
     indices.iter().map(part).collect()
 }
 
-fn add_weights(writer: &mut Writer<'_>, name: &str, weights: &[(u32, f32)]) {
-    let (vertices, values): (Vec<u32>, Vec<f32>) = weights.iter().copied().unzip();
-    writer.add_u32(&format!("{name}_vertices"), &[weights.len()], vertices);
-    writer.add_f32(&format!("{name}_weights"), &[weights.len()], values);
+/// One list of weighted vertices per part.
+fn add_lists(writer: &mut Writer<'_>, name: &str, lists: &[Vec<(u32, f32)>]) {
+    let counts: Vec<u32> = lists.iter().map(|list| list.len() as u32).collect();
+    let (vertices, values): (Vec<u32>, Vec<f32>) = lists.iter().flatten().copied().unzip();
+    writer.add_u32(&format!("{name}_counts"), &[Part::COUNT], counts);
+    writer.add_u32(&format!("{name}_vertices"), &[vertices.len()], vertices);
+    writer.add_f32(&format!("{name}_weights"), &[values.len()], values);
 }
 
-fn read_weights(file: &ModelFile, name: &str, count: usize) -> Result<Vec<(u32, f32)>, BodyError> {
+fn read_lists(file: &ModelFile, name: &str) -> Result<Vec<Vec<(u32, f32)>>, BodyError> {
+    let count = file.dimension(&format!("{name}_entries"))?;
+    let counts = file.u32(&format!("{name}_counts"), &[Part::COUNT])?;
     let vertices = file.u32(&format!("{name}_vertices"), &[count])?;
     let weights = file.f32(&format!("{name}_weights"), &[count])?;
-    Ok(vertices.into_iter().zip(weights).collect())
-}
-
-fn read_joints(file: &ModelFile) -> Result<Vec<Vec<(u32, f32)>>, BodyError> {
-    let counts = file.u32("joint_counts", &[Part::COUNT])?;
-    let mut rest = read_weights(file, "joint", file.dimension("joint_weights")?)?.into_iter();
-    let joints: Vec<Vec<(u32, f32)>> =
-        counts.iter().map(|&count| rest.by_ref().take(count as usize).collect()).collect();
-    if joints.iter().zip(&counts).any(|(joint, &count)| joint.len() != count as usize) || rest.next().is_some() {
-        return Err(BodyError::Model("the joints' vertices do not add up".to_owned()));
+    if counts.iter().map(|&count| u64::from(count)).sum::<u64>() != count as u64 {
+        return Err(BodyError::Model(format!("the vertices of the {name} lists do not add up")));
     }
-    Ok(joints)
+    let mut rest = vertices.into_iter().zip(weights);
+    Ok(counts.iter().map(|&count| rest.by_ref().take(count as usize).collect()).collect())
 }
 
 #[cfg(test)]
@@ -197,7 +199,7 @@ mod tests {
         assert!(ScapeModel::from_bytes(Vec::new(), "empty").is_err());
         assert!(ScapeModel::load("no such file").is_err());
         let mut data = synthetic::model().data.clone();
-        data.pelvis_anchor[0].0 = 1 << 30;
+        data.cores[0][0].0 = 1 << 30;
         assert!(matches!(ScapeModel::new(data.clone()), Err(BodyError::Model(_))));
         data.face_parts.pop();
         assert!(matches!(ScapeModel::new(data), Err(BodyError::Size { .. })));

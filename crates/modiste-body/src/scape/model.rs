@@ -36,8 +36,10 @@ pub(crate) struct ModelData {
     pub pose_deformation: PoseDeformation,
     /// Joint of each part as weighted mean of vertices of the template pose; weights sum to one.
     pub joints: Vec<Vec<(u32, f32)>>,
-    /// The vertices that carry the pelvis joint in every pose; weights sum to one.
-    pub pelvis_anchor: Vec<(u32, f32)>,
+    /// For each part the vertices that move with it alone; weights sum to one, empty if there are none.
+    pub cores: Vec<Vec<(u32, f32)>>,
+    /// The parts that each vertex follows.
+    pub vertex_blend: RotationBlend,
 }
 
 impl ScapeModel {
@@ -118,9 +120,9 @@ impl ScapeModel {
         std::array::from_fn(|part| weighted_mean(&self.data.joints[part], vertices))
     }
 
-    /// The place in the template pose or in any other that carries the pelvis joint.
-    pub(crate) fn pelvis_anchor(&self, vertices: &[Vec3]) -> Vec3 {
-        weighted_mean(&self.data.pelvis_anchor, vertices)
+    /// Where the core of each part lies (m); zero for a part without one.
+    pub(crate) fn part_cores(&self, vertices: &[Vec3]) -> [Vec3; Part::COUNT] {
+        std::array::from_fn(|part| weighted_mean(&self.data.cores[part], vertices))
     }
 
     fn compute_shape_directions(&self) -> Vec<Vec<Vec3>> {
@@ -146,6 +148,9 @@ impl ScapeModel {
 /// Weighted mean of some vertices (m).
 pub(crate) fn weighted_mean(weights: &[(u32, f32)], vertices: &[Vec3]) -> Vec3 {
     // The stored weights sum to one but for their rounding; dividing keeps the mean exact under translation.
+    if weights.is_empty() {
+        return Vec3::ZERO;
+    }
     let total: f64 = weights.iter().map(|&(_, weight)| f64::from(weight)).sum();
     weights.iter().map(|&(vertex, weight)| vertices[vertex as usize] * f64::from(weight)).sum::<Vec3>() / total
 }
@@ -160,26 +165,29 @@ impl ModelData {
         size("vertex parts", vertices, self.vertex_parts.len())?;
         size("blended parts", faces, self.blend.parts.len())?;
         size("blend weights", faces, self.blend.weights.len())?;
+        size("blended parts of vertices", vertices, self.vertex_blend.parts.len())?;
+        size("blend weights of vertices", vertices, self.vertex_blend.weights.len())?;
         size("mean shape deformation", 9 * faces, self.shape_mean.len())?;
         size("shape basis", 9 * faces, self.shape_basis.dimensions())?;
         size("joints", Part::COUNT, self.joints.len())?;
+        size("cores", Part::COUNT, self.cores.len())?;
         self.pose_deformation.check(faces)?;
         let problem = |what: &str| Err(BodyError::Model(what.to_owned()));
         if self.template.iter().any(|x| !x.is_finite()) || self.shape_mean.iter().any(|x| !x.is_finite()) {
             return problem("the template or the mean shape holds a number that is not finite");
         }
-        if self.blend.parts.iter().flatten().any(|&part| usize::from(part) >= Part::COUNT) {
-            return problem("a face follows a part that does not exist");
+        for blend in [&self.blend, &self.vertex_blend] {
+            if blend.parts.iter().flatten().any(|&part| usize::from(part) >= Part::COUNT) {
+                return problem("a face or vertex follows a part that does not exist");
+            }
+            if blend.weights.iter().any(|w| !((w.iter().sum::<f32>() - 1.0).abs() < 1e-3 && w[0] > 0.0)) {
+                return problem("the part weights of a face or vertex do not sum to one");
+            }
         }
-        if self
-            .blend
-            .weights
-            .iter()
-            .any(|weights| !((weights.iter().sum::<f32>() - 1.0).abs() < 1e-3 && weights[0] > 0.0))
-        {
-            return problem("the rotation weights of a face do not sum to one");
+        if self.cores[Part::Pelvis.index()].is_empty() {
+            return problem("no vertex moves with the pelvis alone");
         }
-        for weights in self.joints.iter().chain([&self.pelvis_anchor]) {
+        for weights in self.joints.iter().chain(self.cores.iter().filter(|core| !core.is_empty())) {
             if weights.iter().any(|&(vertex, weight)| vertex as usize >= vertices || !weight.is_finite()) {
                 return problem("a joint names a vertex that does not exist, or a weight that is not finite");
             }

@@ -42,6 +42,11 @@ impl Skin {
         Self { topology, vertices, joints, weights, details }
     }
 
+    /// The joints in the template pose (m).
+    pub fn joints(&self) -> &[Vec3; Part::COUNT] {
+        &self.joints
+    }
+
     /// The vertices (m) in a pose, the pelvis joint at `pose.root_translation`.
     pub fn pose(&self, pose: &Pose) -> Vec<Vec3> {
         let rotations = pose.world_quaternions();
