@@ -79,7 +79,7 @@ mod tests {
 
     #[test]
     fn components_are_told_apart() {
-        let topology = Topology::new(7, vec![[0, 1, 2], [4, 5, 6], [1, 2, 3]].to_vec()).unwrap();
+        let topology = Topology::new(7, vec![[0, 1, 2], [4, 5, 6], [1, 2, 3]]).unwrap();
         assert_eq!(connected_components(&topology), [vec![0, 1, 2, 3], vec![4, 5, 6]]);
         let lonely = Topology::new(2, Vec::new()).unwrap();
         assert_eq!(connected_components(&lonely), [vec![0], vec![1]]);

@@ -91,7 +91,7 @@ impl BlockSystem {
         check_size("points of the right-hand side", n, rhs.len())?;
         check_size("points of the solution", n, x.len())?;
         let not_definite = SolveError::NotPositiveDefinite { size: 3 * n };
-        if self.diagonal.iter().any(|block| !(block.determinant() > 0.0)) {
+        if self.diagonal.iter().any(|block| block.determinant() <= 0.0 || block.is_nan()) {
             return Err(not_definite);
         }
         let inverses: Vec<Mat3> = self.diagonal.iter().map(Mat3::inverse).collect();
@@ -113,7 +113,7 @@ impl BlockSystem {
             }
             self.mul(&direction, &mut product);
             let curvature = dot(&direction, &product);
-            if !(curvature > 0.0) {
+            if curvature <= 0.0 || curvature.is_nan() {
                 return Err(not_definite);
             }
             let step = energy / curvature;

@@ -48,3 +48,60 @@ pub fn mean_curvature(topology: &Topology, x: &[Vec3]) -> Vec<f64> {
     }
     curvature
 }
+
+#[cfg(test)]
+mod tests {
+    use super::mean_curvature;
+    use crate::shapes::{grid, icosphere, torus};
+    use crate::{Vec3, rotation_from_vector};
+
+    #[test]
+    fn a_sphere_has_one_over_its_radius() {
+        let mesh = icosphere(4);
+        for radius in [0.1, 1.0, 3.0] {
+            let x: Vec<Vec3> = mesh.vertices.iter().map(|&p| radius * p).collect();
+            for h in mean_curvature(&mesh.topology, &x) {
+                assert!((h * radius - 1.0).abs() < 1e-2, "{h}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_cylinder_has_half_of_that_and_a_plane_none() {
+        let sheet = grid(40, 40);
+        let radius = 0.5;
+        let bent: Vec<Vec3> = sheet
+            .vertices
+            .iter()
+            .map(|p| Vec3::new(radius * (p.x / radius).sin(), p.y, radius * (p.x / radius).cos()))
+            .collect();
+        let inside = |p: &Vec3| p.x > 0.01 && p.x < 0.99 && p.y > 0.01 && p.y < 0.99;
+        for (flat, h) in sheet.vertices.iter().zip(mean_curvature(&sheet.topology, &bent)) {
+            let expected = if inside(flat) { 0.5 / radius } else { 0.0 };
+            assert!((h - expected).abs() < 1e-3, "{flat} {h}");
+        }
+        assert!(mean_curvature(&sheet.topology, &sheet.vertices).iter().all(|h| *h < 1e-9));
+    }
+
+    #[test]
+    fn a_torus_has_the_mean_of_its_principal_curvatures() {
+        let (major, minor) = (0.8, 0.3);
+        let mesh = torus(major, minor, 160, 120);
+        for (p, h) in mesh.vertices.iter().zip(mean_curvature(&mesh.topology, &mesh.vertices)) {
+            // 1/r across the tube, cos(t)/(R + r cos(t)) around the axis.
+            let from_axis = p.x.hypot(p.z);
+            let expected = 0.5 * (1.0 / minor + (from_axis - major) / minor / from_axis);
+            assert!((h / expected - 1.0).abs() < 2e-2, "{h} {expected}");
+        }
+    }
+
+    #[test]
+    fn rigid_motion_changes_nothing() {
+        let mesh = torus(0.8, 0.3, 20, 12);
+        let rotation = rotation_from_vector(Vec3::new(1.0, 2.0, 0.5));
+        let moved: Vec<Vec3> = mesh.vertices.iter().map(|&p| rotation * p + Vec3::splat(2.0)).collect();
+        let pairs =
+            mean_curvature(&mesh.topology, &moved).into_iter().zip(mean_curvature(&mesh.topology, &mesh.vertices));
+        assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-10));
+    }
+}

@@ -165,10 +165,14 @@ fn component_links(topology: &Topology, template: &[Vec3]) -> Vec<[u32; 2]> {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::{GradientReconstruction, deformation_gradients};
     use crate::mesh::centroid;
     use crate::shapes::{grid, icosphere};
-    use crate::{Mat3, Vec3, normal, seeded_rng};
+    use crate::{
+        Mat3, Matrix, SolveError, Topology, Vec3, connected_components, normal, ridge, rotation_from_vector, seeded_rng,
+    };
 
     fn jittered(x: &[Vec3], amount: f64, seed: u64) -> Vec<Vec3> {
         let mut rng = seeded_rng(seed);
@@ -217,6 +221,118 @@ mod tests {
             let mut out = vec![Vec3::ZERO; target.len()];
             solver.reconstruct(&gradients, &mut out);
             assert!(largest_distance(&out, &centred(&target)) < 1e-11);
+        }
+    }
+
+    #[test]
+    fn agrees_with_the_dense_least_squares_of_the_definition() {
+        let mesh = icosphere(1);
+        let (x, faces) = (&mesh.vertices, mesh.topology.faces());
+        let mut rng = seeded_rng(3);
+        // Gradients that no mesh has, so that the residual does not vanish.
+        let mut gradient =
+            |_: &[u32; 3]| Mat3::IDENTITY + Mat3::from_cols_array(&[(); 9].map(|()| 0.3 * normal(&mut rng)));
+        let gradients: Vec<Mat3> = faces.iter().map(&mut gradient).collect();
+        let n = x.len();
+        // Two rows per face, and one that puts the centroid at the origin.
+        let mut rows = vec![];
+        let mut targets = vec![];
+        for (&[a, b, c], gradient) in faces.iter().zip(&gradients) {
+            for end in [b, c] {
+                let mut row = vec![0.0; n];
+                (row[end as usize], row[a as usize]) = (1.0, -1.0);
+                rows.push(row);
+                targets.push((*gradient * (x[end as usize] - x[a as usize])).to_array());
+            }
+        }
+        rows.push(vec![1.0; n]);
+        targets.push([0.0; 3]);
+        let expected = ridge(&Matrix::from_rows(&rows), &Matrix::from_rows(&targets), 0.0).unwrap();
+        let mut out = vec![Vec3::ZERO; n];
+        GradientReconstruction::new(&mesh.topology, x).unwrap().reconstruct(&gradients, &mut out);
+        for (vertex, found) in out.iter().enumerate() {
+            assert!(found.distance(Vec3::from_slice(expected.row(vertex))) < 1e-10);
+        }
+    }
+
+    #[test]
+    fn turning_the_gradients_turns_the_mesh() {
+        let mesh = grid(6, 8);
+        let target = jittered(&mesh.vertices, 0.05, 4);
+        let mut gradients = deformation_gradients(&mesh.topology, &mesh.vertices, &target);
+        // Not integrable.
+        gradients.iter_mut().step_by(3).for_each(|gradient| *gradient *= 1.2);
+        let solver = GradientReconstruction::new(&mesh.topology, &mesh.vertices).unwrap();
+        let mut plain = vec![Vec3::ZERO; target.len()];
+        solver.reconstruct(&gradients, &mut plain);
+        let rotation = rotation_from_vector(Vec3::new(0.4, 1.9, -0.7));
+        let turned_gradients: Vec<Mat3> = gradients.iter().map(|gradient| rotation * *gradient).collect();
+        let mut turned = plain.clone();
+        solver.reconstruct(&turned_gradients, &mut turned);
+        let expected: Vec<Vec3> = plain.iter().map(|&p| rotation * p).collect();
+        assert!(largest_distance(&turned, &expected) < 1e-12);
+        assert!(centroid(&turned).length() < 1e-14);
+    }
+
+    /// A sphere, two small ones inside it as eyes would be, and a vertex without faces.
+    fn in_pieces() -> (Topology, Vec<Vec3>) {
+        let (head, eye) = (icosphere(2), icosphere(1));
+        let (mut x, mut faces) = (head.vertices.clone(), head.topology.faces().to_vec());
+        for side in [-1.0, 1.0] {
+            let first = x.len() as u32;
+            x.extend(eye.vertices.iter().map(|&p| 0.2 * p + Vec3::new(0.4 * side, 0.2, 0.8)));
+            faces.extend(eye.topology.faces().iter().map(|face| face.map(|vertex| vertex + first)));
+        }
+        x.push(Vec3::new(0.1, 0.9, 0.1));
+        (Topology::new(x.len(), faces).unwrap(), x)
+    }
+
+    #[test]
+    fn pieces_follow_an_affine_motion_of_the_whole() {
+        let (topology, x) = in_pieces();
+        let affine = rotation_from_vector(Vec3::new(1.0, 0.2, 0.3)) * Mat3::from_diagonal(Vec3::new(1.3, 0.8, 1.1));
+        let target: Vec<Vec3> = x.iter().map(|&p| affine * p).collect();
+        let solver = GradientReconstruction::new(&topology, &x).unwrap();
+        let mut out = vec![Vec3::ZERO; x.len()];
+        solver.reconstruct(&vec![affine; topology.face_count()], &mut out);
+        assert!(largest_distance(&out, &centred(&target)) < 1e-12);
+    }
+
+    #[test]
+    fn the_tie_of_a_piece_does_not_bend_it() {
+        let (topology, x) = in_pieces();
+        let target = jittered(&x, 0.02, 5);
+        let gradients = deformation_gradients(&topology, &x, &target);
+        let mut out = vec![Vec3::ZERO; x.len()];
+        GradientReconstruction::new(&topology, &x).unwrap().reconstruct(&gradients, &mut out);
+        for component in connected_components(&topology) {
+            let pick = |points: &[Vec3]| -> Vec<Vec3> { component.iter().map(|&v| points[v as usize]).collect() };
+            assert!(largest_distance(&centred(&pick(&out)), &centred(&pick(&target))) < 1e-11);
+        }
+    }
+
+    #[test]
+    fn bad_templates_are_refused() {
+        let mesh = icosphere(0);
+        let mut x = mesh.vertices.clone();
+        assert!(matches!(
+            GradientReconstruction::new(&mesh.topology, &x[1..]),
+            Err(SolveError::Size { wanted: 12, found: 11, .. })
+        ));
+        x[3].y = f64::NAN;
+        assert!(matches!(GradientReconstruction::new(&mesh.topology, &x), Err(SolveError::NotFinite { index: 3, .. })));
+    }
+
+    proptest! {
+        #[test]
+        fn every_affine_map_comes_back(entries in prop::array::uniform9(-2.0f64..2.0)) {
+            let mesh = icosphere(1);
+            let affine = Mat3::from_cols_array(&entries);
+            let target: Vec<Vec3> = mesh.vertices.iter().map(|&p| affine * p).collect();
+            let gradients = deformation_gradients(&mesh.topology, &mesh.vertices, &target);
+            let mut out = vec![Vec3::ZERO; target.len()];
+            GradientReconstruction::new(&mesh.topology, &mesh.vertices).unwrap().reconstruct(&gradients, &mut out);
+            prop_assert!(largest_distance(&out, &centred(&target)) < 1e-12);
         }
     }
 }

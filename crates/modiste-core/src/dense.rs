@@ -212,7 +212,7 @@ pub fn symmetric_eigen(a: &Matrix) -> Result<(Vec<f64>, Matrix), SolveError> {
     let evd = a
         .view()
         .self_adjoint_eigen(Side::Lower)
-        .map_err(|_| SolveError::NoConvergence { what: "the symmetric eigenvalue iteration", iterations: 0 })?;
+        .map_err(|_evd| SolveError::NoConvergence { what: "the symmetric eigenvalue iteration", iterations: 0 })?;
     let (ascending, vectors) = (evd.S().column_vector(), evd.U());
     let values = (0..n).rev().map(|i| ascending[i]).collect();
     let mut columns = Matrix::zeros(n, n);
@@ -243,7 +243,7 @@ pub fn largest_eigenvalue_magnitude(a: &Matrix) -> Result<f64, SolveError> {
     let values = a
         .view()
         .eigenvalues()
-        .map_err(|_| SolveError::NoConvergence { what: "the eigenvalue iteration", iterations: 0 })?;
+        .map_err(|_evd| SolveError::NoConvergence { what: "the eigenvalue iteration", iterations: 0 })?;
     Ok(values.iter().map(|value| value.re.hypot(value.im)).fold(0.0, f64::max))
 }
 
@@ -268,11 +268,107 @@ pub fn thin_svd(a: &Matrix) -> Result<ThinSvd, SolveError> {
     let svd = a
         .view()
         .thin_svd()
-        .map_err(|_| SolveError::NoConvergence { what: "the singular value iteration", iterations: 0 })?;
+        .map_err(|_evd| SolveError::NoConvergence { what: "the singular value iteration", iterations: 0 })?;
     let diagonal = svd.S().column_vector();
     Ok(ThinSvd {
         u: Matrix::from_view(svd.U()),
         singular_values: (0..diagonal.nrows()).map(|i| diagonal[i]).collect(),
         v: Matrix::from_view(svd.V()),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Matrix, largest_eigenvalue_magnitude, ridge, solve_spd, symmetric_eigen, thin_svd};
+    use crate::{SolveError, normal, seeded_rng};
+
+    fn random(rows: usize, cols: usize, seed: u64) -> Matrix {
+        let mut rng = seeded_rng(seed);
+        Matrix::from_fn(rows, cols, |_, _| normal(&mut rng))
+    }
+
+    fn distance(a: &Matrix, b: &Matrix) -> f64 {
+        assert_eq!((a.rows, a.cols), (b.rows, b.cols));
+        a.data.iter().zip(&b.data).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn products_agree_with_the_definition() {
+        let (a, b) = (random(5, 7, 1), random(7, 3, 2));
+        let product = a.matmul(&b);
+        let by_hand = Matrix::from_fn(5, 3, |i, j| (0..7).map(|k| a[(i, k)] * b[(k, j)]).sum());
+        assert!(distance(&product, &by_hand) < 1e-13);
+        assert!(distance(&a.transpose().transpose_matmul(&b), &by_hand) < 1e-13);
+        assert!(a.mul(&b.column(1)).iter().zip(product.column(1)).all(|(x, y)| (x - y).abs() < 1e-13));
+        assert_eq!(a.matmul(&Matrix::identity(7)), a);
+    }
+
+    #[test]
+    fn the_solution_of_a_definite_system_satisfies_it() {
+        let root = random(9, 9, 3);
+        let a = root.transpose_matmul(&root);
+        let b = random(9, 4, 4);
+        assert!(distance(&a.matmul(&solve_spd(&a, &b).unwrap()), &b) < 1e-9);
+        let indefinite = Matrix::from_diagonal(&[1.0, -1.0]);
+        assert_eq!(solve_spd(&indefinite, &random(2, 1, 5)), Err(SolveError::NotPositiveDefinite { size: 2 }));
+        assert!(matches!(solve_spd(&a, &random(8, 1, 5)), Err(SolveError::Size { wanted: 9, found: 8, .. })));
+    }
+
+    #[test]
+    fn ridge_is_stationary_and_both_roads_agree() {
+        for (n, p) in [(20, 6), (6, 20), (8, 8)] {
+            let (x, y) = (random(n, p, 6), random(n, 3, 7));
+            for lambda in [1e-3, 0.2, 50.0] {
+                let b = ridge(&x, &y, lambda).unwrap();
+                // Half the gradient: xᵀ(x b - y) + lambda b.
+                let mut residual = x.matmul(&b);
+                residual.data.iter_mut().zip(&y.data).for_each(|(r, y)| *r -= y);
+                let mut gradient = x.transpose_matmul(&residual);
+                gradient.data.iter_mut().zip(&b.data).for_each(|(g, b)| *g += lambda * b);
+                assert!(gradient.frobenius_norm() < 1e-9 * (1.0 + lambda), "{n} {p} {lambda}");
+            }
+        }
+        // Without a penalty a full-rank system is met exactly.
+        let (x, truth) = (random(30, 4, 8), random(4, 2, 9));
+        assert!(distance(&ridge(&x, &x.matmul(&truth), 0.0).unwrap(), &truth) < 1e-10);
+        assert!(ridge(&Matrix::zeros(3, 2), &random(3, 1, 1), 0.0).is_err());
+    }
+
+    #[test]
+    fn eigenvectors_are_orthonormal_and_rebuild_the_matrix() {
+        let root = random(12, 12, 10);
+        let mut a = root.clone();
+        a.data.iter_mut().zip(&root.transpose().data).for_each(|(a, b)| *a += b);
+        let (values, vectors) = symmetric_eigen(&a).unwrap();
+        assert!(values.is_sorted_by(|a, b| a >= b));
+        assert!(distance(&vectors.transpose_matmul(&vectors), &Matrix::identity(12)) < 1e-12);
+        let rebuilt = vectors.matmul(&Matrix::from_diagonal(&values)).matmul(&vectors.transpose());
+        assert!(distance(&rebuilt, &a) < 1e-12);
+        let (values, _) = symmetric_eigen(&Matrix::from_diagonal(&[2.0, -5.0, 7.0])).unwrap();
+        assert!(values.iter().zip([7.0, 2.0, -5.0]).all(|(a, b)| (a - b).abs() < 1e-14));
+    }
+
+    #[test]
+    fn the_spectral_radius_counts_complex_pairs() {
+        // A rotation by 0.3 scaled by 0.9 beside a real 0.5: the largest magnitude is 0.9.
+        let (s, c) = 0.3f64.sin_cos();
+        let a = Matrix::from_rows(&[[0.9 * c, -0.9 * s, 5.0], [0.9 * s, 0.9 * c, -3.0], [0.0, 0.0, 0.5]]);
+        assert!((largest_eigenvalue_magnitude(&a).unwrap() - 0.9).abs() < 1e-12);
+        // The companion matrix of (t - 2)(t + 3)(t - 1) = t³ - 7t + 6.
+        let companion = Matrix::from_rows(&[[0.0, 7.0, -6.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]);
+        assert!((largest_eigenvalue_magnitude(&companion).unwrap() - 3.0).abs() < 1e-12);
+        assert!(largest_eigenvalue_magnitude(&Matrix::zeros(2, 3)).is_err());
+        assert!(largest_eigenvalue_magnitude(&Matrix::from_rows(&[[f64::NAN]])).is_err());
+    }
+
+    #[test]
+    fn the_thin_singular_value_decomposition_rebuilds_the_matrix() {
+        for (rows, cols) in [(8, 3), (3, 8), (5, 5)] {
+            let a = random(rows, cols, 11);
+            let svd = thin_svd(&a).unwrap();
+            assert!(svd.singular_values.is_sorted_by(|a, b| a >= b) && svd.singular_values.len() == rows.min(cols));
+            let rebuilt = svd.u.matmul(&Matrix::from_diagonal(&svd.singular_values)).matmul(&svd.v.transpose());
+            assert!(distance(&rebuilt, &a) < 1e-12);
+        }
+    }
 }

@@ -114,3 +114,69 @@ pub fn bounds(x: &[Vec3]) -> Option<(Vec3, Vec3)> {
     let &first = x.first()?;
     Some(x.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p))))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::{bounds, centroid, face_areas, face_normals, surface_area, vertex_areas, vertex_normals, volume};
+    use crate::shapes::{grid, icosphere, torus};
+    use crate::{Topology, Vec3, rotation_from_vector};
+
+    #[test]
+    fn volume_and_area_approach_those_of_the_smooth_shapes() {
+        // The error falls by four when the edges are halved.
+        let mut last = f64::INFINITY;
+        for subdivisions in 2..6 {
+            let sphere = icosphere(subdivisions);
+            let error = (sphere.volume() / (4.0 / 3.0 * PI) - 1.0).abs();
+            assert!(error < 0.3 * last);
+            last = error;
+        }
+        assert!(last < 1e-3);
+        let ring = torus(0.8, 0.3, 200, 100);
+        assert!((ring.volume() / (2.0 * PI * PI * 0.8 * 0.09) - 1.0).abs() < 1e-3);
+        assert!((surface_area(&ring.topology, &ring.vertices) / (4.0 * PI * PI * 0.8 * 0.3) - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn rigid_motion_keeps_volume_and_area_and_turns_normals() {
+        let mesh = torus(0.8, 0.3, 30, 20);
+        let rotation = rotation_from_vector(Vec3::new(0.3, -1.0, 0.4));
+        let moved: Vec<Vec3> = mesh.vertices.iter().map(|&p| rotation * p + Vec3::new(10.0, 20.0, -5.0)).collect();
+        assert!((volume(&mesh.topology, &moved) - mesh.volume()).abs() < 1e-12);
+        for (turned, plain) in vertex_normals(&mesh.topology, &moved).iter().zip(mesh.vertex_normals()) {
+            assert!(turned.distance(rotation * plain) < 1e-12);
+        }
+    }
+
+    #[test]
+    fn normals_of_a_sphere_point_outwards() {
+        let mesh = icosphere(4);
+        for (n, p) in mesh.vertex_normals().iter().zip(&mesh.vertices) {
+            assert!(n.distance(*p) < 2e-2);
+        }
+        for (n, face) in mesh.face_normals().iter().zip(mesh.topology.faces()) {
+            assert!((n.length() - 1.0).abs() < 1e-12 && n.dot(mesh.vertices[face[0] as usize]) > 0.9);
+        }
+    }
+
+    #[test]
+    fn vertex_areas_sum_to_the_area() {
+        let mesh = grid(7, 3);
+        assert!((vertex_areas(&mesh.topology, &mesh.vertices).iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(face_areas(&mesh.topology, &mesh.vertices).iter().all(|area| (area - 1.0 / 42.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn faces_without_area_and_empty_meshes_do_no_harm() {
+        let flat = Topology::new(3, vec![[0, 1, 2]]).unwrap();
+        let x = [Vec3::ZERO, Vec3::X, 2.0 * Vec3::X];
+        assert_eq!(face_normals(&flat, &x), [Vec3::ZERO]);
+        assert_eq!(vertex_normals(&flat, &x), [Vec3::ZERO; 3]);
+        let nothing = Topology::new(0, Vec::new()).unwrap();
+        assert!(volume(&nothing, &[]).abs() < 1e-300);
+        assert_eq!((centroid(&[]), bounds(&[])), (Vec3::ZERO, None));
+        assert_eq!(bounds(&x), Some((Vec3::ZERO, 2.0 * Vec3::X)));
+    }
+}

@@ -246,3 +246,123 @@ fn combine_samples(combine: &Matrix, samples: &[&[f32]], mean: &[f64]) -> Vec<f3
     }
     rows
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Pca;
+    use crate::{Matrix, SolveError, normal, seeded_rng, thin_svd};
+
+    /// Samples with a few strong directions and noise.
+    fn samples(m: usize, n: usize, strong: usize) -> Vec<Vec<f32>> {
+        let mut rng = seeded_rng(1);
+        let directions: Vec<Vec<f64>> = (0..strong).map(|_| (0..n).map(|_| normal(&mut rng)).collect()).collect();
+        let sample = |_| {
+            let coefficients: Vec<f64> = (0..strong).map(|k| normal(&mut rng) * 0.5f64.powi(k as i32)).collect();
+            let terms = |i: usize| coefficients.iter().zip(&directions).map(|(c, d)| c * d[i]).sum::<f64>();
+            (0..n).map(|i| (3.0 + terms(i) + 0.01 * normal(&mut rng)) as f32).collect()
+        };
+        (0..m).map(sample).collect()
+    }
+
+    fn views(samples: &[Vec<f32>]) -> Vec<&[f32]> {
+        samples.iter().map(Vec::as_slice).collect()
+    }
+
+    #[test]
+    fn agrees_with_the_singular_value_decomposition() {
+        // More than one tile of samples and several blocks of dimensions, neither a whole number.
+        let (m, n, k) = (150, 1100, 6);
+        let samples = samples(m, n, 5);
+        let pca = Pca::fit(&views(&samples), k).unwrap();
+        let mean: Vec<f64> = (0..n).map(|i| samples.iter().map(|s| f64::from(s[i])).sum::<f64>() / m as f64).collect();
+        assert!(pca.mean.iter().zip(&mean).all(|(&a, &b)| (f64::from(a) - b).abs() < 1e-6));
+        let centred = Matrix::from_fn(m, n, |row, i| f64::from(samples[row][i]) - mean[i]);
+        let svd = thin_svd(&centred).unwrap();
+        for row in 0..k {
+            let expected = svd.singular_values[row] / ((m - 1) as f64).sqrt();
+            assert!((pca.std_devs[row] / expected - 1.0).abs() < 1e-9);
+            let cosine: f64 = pca.component(row).iter().enumerate().map(|(i, &b)| f64::from(b) * svd.v[(i, row)]).sum();
+            assert!((cosine.abs() - 1.0).abs() < 1e-6, "{row}: {cosine}");
+        }
+        let total = centred.frobenius_norm().powi(2) / (m - 1) as f64;
+        assert!((pca.total_variance / total - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_basis_is_orthonormal_and_projection_undoes_expansion() {
+        let samples = samples(40, 3000, 8);
+        let pca = Pca::fit(&views(&samples), 10).unwrap();
+        for a in 0..10 {
+            for b in 0..10 {
+                let dot: f64 =
+                    pca.component(a).iter().zip(pca.component(b)).map(|(&x, &y)| f64::from(x) * f64::from(y)).sum();
+                assert!((dot - f64::from(u8::from(a == b))).abs() < 1e-6);
+            }
+        }
+        let coefficients: Vec<f64> = pca.std_devs.iter().enumerate().map(|(k, s)| s * (k as f64 - 4.0)).collect();
+        let mut sample = vec![0.0; 3000];
+        pca.expand(&coefficients, &mut sample);
+        for (found, expected) in pca.project(&sample).iter().zip(&coefficients) {
+            assert!((found - expected).abs() < 1e-4 * pca.std_devs[0]);
+        }
+        // The spread of the projections is what std_devs says.
+        for k in 0..3 {
+            let squares: f64 = samples.iter().map(|s| pca.project(s)[k].powi(2)).sum();
+            assert!(((squares / 39.0).sqrt() / pca.std_devs[k] - 1.0).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn samples_span_no_more_components_than_they_have() {
+        let few = samples(4, 100, 3);
+        assert_eq!(Pca::fit(&views(&few), 10).unwrap().count(), 3);
+        let flat = vec![vec![2.0f32; 50]; 5];
+        let pca = Pca::fit(&views(&flat), 3).unwrap();
+        assert_eq!((pca.count(), pca.mean[7]), (0, 2.0));
+        assert_eq!(Pca::fit(&views(&few[..1]), 3).unwrap().count(), 0);
+        // All of them together rebuild the samples.
+        let all = Pca::fit(&views(&few), 3).unwrap();
+        let mut rebuilt = vec![0.0; 100];
+        all.expand(&all.project(&few[2]), &mut rebuilt);
+        assert!(rebuilt.iter().zip(&few[2]).all(|(a, b)| (a - b).abs() < 1e-5));
+    }
+
+    #[test]
+    fn whole_weights_count_like_repeated_dimensions() {
+        let plain = samples(30, 60, 4);
+        let weights: Vec<f32> = (0..60).map(|i| [1.0, 2.0, 3.0][i % 3]).collect();
+        let repeat = |sample: &Vec<f32>| -> Vec<f32> {
+            sample.iter().zip(&weights).flat_map(|(&value, &weight)| vec![value; weight as usize]).collect()
+        };
+        let repeated: Vec<Vec<f32>> = plain.iter().map(repeat).collect();
+        let weighted = Pca::fit_weighted(&views(&plain), &weights, 4).unwrap();
+        let expected = Pca::fit(&views(&repeated), 4).unwrap();
+        for k in 0..4 {
+            assert!((weighted.std_devs[k] / expected.std_devs[k] - 1.0).abs() < 1e-9);
+        }
+        let (a, b) = (weighted.project(&plain[3]), expected.project(&repeated[3]));
+        assert!(a.iter().zip(&b).all(|(a, b)| (a.abs() - b.abs()).abs() < 1e-4 * weighted.std_devs[0]));
+        // The coefficients of a sample rebuild it through the weighted projection too.
+        let mut rebuilt = vec![0.0; 60];
+        weighted.expand(&a, &mut rebuilt);
+        assert!(weighted.project(&rebuilt).iter().zip(&a).all(|(x, y)| (x - y).abs() < 1e-4 * weighted.std_devs[0]));
+    }
+
+    #[test]
+    fn the_number_of_threads_does_not_change_a_bit() {
+        let samples = samples(140, 2000, 5);
+        let with = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| Pca::fit(&views(&samples), 5).unwrap())
+        };
+        assert_eq!(with(1), with(3));
+    }
+
+    #[test]
+    fn bad_samples_are_refused() {
+        assert!(matches!(Pca::fit(&[], 1), Err(SolveError::Empty { .. })));
+        assert!(matches!(Pca::fit(&[&[1.0, 2.0], &[1.0]], 1), Err(SolveError::Size { wanted: 2, found: 1, .. })));
+        assert!(matches!(Pca::fit(&[&[1.0, f32::INFINITY]], 1), Err(SolveError::NotFinite { index: 1, .. })));
+        assert!(Pca::fit_weighted(&[&[1.0, 2.0]], &[1.0, -1.0], 1).is_err());
+    }
+}

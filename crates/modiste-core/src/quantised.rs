@@ -97,3 +97,55 @@ impl QuantisedBasis {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::QuantisedBasis;
+    use crate::{SolveError, normal, seeded_rng};
+
+    #[test]
+    fn entries_are_off_by_at_most_half_a_step() {
+        let mut rng = seeded_rng(1);
+        let (k, n) = (4, 5000);
+        let basis: Vec<f32> =
+            (0..k * n).map(|i| (normal(&mut rng) * 10f64.powi((i / n) as i32 * 4 - 8)) as f32).collect();
+        let quantised = QuantisedBasis::from_f32(&basis, k, n).unwrap();
+        for (i, (restored, original)) in quantised.to_f32().iter().zip(&basis).enumerate() {
+            assert!((restored - original).abs() <= 0.502 * quantised.scales()[i / n]);
+        }
+    }
+
+    #[test]
+    fn expansion_agrees_with_the_plain_sum() {
+        let mut rng = seeded_rng(2);
+        // More than one block, and not a whole number of them.
+        let (k, n) = (7, 10_001);
+        let basis: Vec<f32> = (0..k * n).map(|_| normal(&mut rng) as f32).collect();
+        let mean: Vec<f32> = (0..n).map(|_| normal(&mut rng) as f32).collect();
+        let quantised = QuantisedBasis::from_f32(&basis, k, n).unwrap();
+        let restored = quantised.to_f32();
+        for count in [0, 1, 3, 7, 9] {
+            let coefficients: Vec<f64> = (0..count).map(|_| normal(&mut rng)).collect();
+            let mut out = vec![0.0; n];
+            quantised.expand(&mean, &coefficients, &mut out);
+            for i in 0..n {
+                let terms = coefficients.iter().take(k).enumerate();
+                let sum: f64 = terms.map(|(row, c)| c * f64::from(restored[row * n + i])).sum();
+                assert!((f64::from(out[i]) - f64::from(mean[i]) - sum).abs() < 1e-4);
+            }
+        }
+    }
+
+    #[test]
+    fn stored_parts_come_back_and_bad_ones_are_refused() {
+        let basis = QuantisedBasis::from_f32(&[1.0, -2.0, 0.0, 0.0], 2, 2).unwrap();
+        let (scales, values) = (basis.scales().to_vec(), basis.values().to_vec());
+        assert_eq!(values, [16384, -32767, 0, 0]);
+        assert_eq!(QuantisedBasis::from_parts(scales.clone(), values.clone(), 2), Ok(basis));
+        assert!(matches!(
+            QuantisedBasis::from_parts(scales, values, 3),
+            Err(SolveError::Size { wanted: 6, found: 4, .. })
+        ));
+        assert!(matches!(QuantisedBasis::from_f32(&[f32::NAN], 1, 1), Err(SolveError::NotFinite { .. })));
+    }
+}

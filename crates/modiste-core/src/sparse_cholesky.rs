@@ -122,7 +122,8 @@ impl SparseCholesky {
             Side::Lower,
             SymmetricOrdering::Amd,
             CholeskySymbolicParams {
-                supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+                // Below zero, so that a diagonal matrix, which takes no operations, is treated alike.
+                supernodal_flop_ratio_threshold: SupernodalThreshold(-1.0),
                 ..Default::default()
             },
         )
@@ -362,5 +363,127 @@ impl SparseCholesky {
         let (diagonal, below) = values.split_at(triangle);
         let first_row = node.first_row as usize;
         (diagonal, below, &self.rows[first_row..first_row + row_count])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::{SparseCholesky, cycles};
+    use crate::shapes::{grid, icosphere};
+    use crate::{Matrix, Rng, SolveError, SparseMatrix, Topology, Vec3, normal, seeded_rng, shuffle, solve_spd};
+
+    fn random_points(rng: &mut Rng, n: usize) -> Vec<Vec3> {
+        (0..n).map(|_| Vec3::new(normal(rng), normal(rng), normal(rng))).collect()
+    }
+
+    /// The graph Laplacian plus a small multiple of the identity, both halves.
+    fn laplacian(topology: &Topology, shift: f64) -> Vec<(usize, usize, f64)> {
+        let mut triplets: Vec<_> = (0..topology.vertex_count()).map(|i| (i, i, shift)).collect();
+        for edge in topology.edges() {
+            let [a, b] = edge.vertices.map(|vertex| vertex as usize);
+            triplets.extend([(a, a, 1.0), (b, b, 1.0), (a, b, -1.0), (b, a, -1.0)]);
+        }
+        triplets
+    }
+
+    #[test]
+    fn the_residual_of_a_mesh_laplacian_vanishes() {
+        let mut rng = seeded_rng(1);
+        for mesh in [icosphere(3), grid(40, 25)] {
+            let n = mesh.vertices.len();
+            let triplets = laplacian(&mesh.topology, 1e-3);
+            let factor = SparseCholesky::new(n, &triplets).unwrap();
+            let matrix = SparseMatrix::from_triplets(n, n, &triplets).unwrap();
+            let rhs = random_points(&mut rng, n);
+            let mut x = rhs.clone();
+            factor.solve_points(&mut x);
+            for (product, b) in matrix.mul_points(&x).iter().zip(&rhs) {
+                assert!(product.distance(*b) < 1e-10);
+            }
+            // One coordinate alone, and the permuted road, give the same.
+            let mut first: Vec<f64> = rhs.iter().map(|p| p.x).collect();
+            factor.solve(&mut first);
+            assert!(first.iter().zip(&x).all(|(a, p)| (a - p.x).abs() < 1e-10));
+            let mut permuted = vec![Vec3::ZERO; n];
+            for (&place, b) in factor.new_from_old().iter().zip(&rhs) {
+                permuted[place as usize] = *b;
+            }
+            factor.solve_points_in_elimination_order(&mut permuted);
+            assert!(permuted.iter().zip(&x).all(|(a, b)| a.distance(*b) < 1e-12));
+        }
+    }
+
+    #[test]
+    fn the_lower_half_alone_is_enough() {
+        let mesh = icosphere(1);
+        let triplets = laplacian(&mesh.topology, 0.5);
+        let lower: Vec<_> = triplets.iter().copied().filter(|(row, column, _)| row >= column).collect();
+        let n = mesh.vertices.len();
+        let rhs: Vec<f64> = (0..n).map(|i| i as f64).collect();
+        let (mut a, mut b) = (rhs.clone(), rhs);
+        SparseCholesky::new(n, &triplets).unwrap().solve(&mut a);
+        SparseCholesky::new(n, &lower).unwrap().solve(&mut b);
+        assert_eq!(a, b);
+    }
+
+    #[test]
+    fn bad_matrices_are_refused() {
+        let singular = laplacian(&icosphere(0).topology, 0.0);
+        assert_eq!(
+            SparseCholesky::new(3, &[(0, 0, 1.0), (1, 1, -1.0), (2, 2, 1.0)]).unwrap_err(),
+            SolveError::NotPositiveDefinite { size: 3 }
+        );
+        // A row without entries.
+        assert!(SparseCholesky::new(2, &[(0, 0, 1.0)]).is_err());
+        assert!(matches!(SparseCholesky::new(2, &[(0, 2, 1.0)]), Err(SolveError::IndexOutOfRange { column: 2, .. })));
+        assert!(matches!(SparseCholesky::new(1, &[(0, 0, f64::NAN)]), Err(SolveError::NotFinite { index: 0, .. })));
+        // Exactly singular in real numbers; rounding may leave a tiny pivot, and then the solution is huge.
+        if let Ok(factor) = SparseCholesky::new(12, &singular) {
+            let mut x = vec![1.0; 12];
+            factor.solve(&mut x);
+            assert!(x.iter().any(|value| value.abs() > 1e6 || !value.is_finite()));
+        }
+        SparseCholesky::new(0, &[]).unwrap().solve(&mut []);
+    }
+
+    #[test]
+    fn cycles_cover_a_permutation_once() {
+        let mut rng = seeded_rng(2);
+        for n in [0usize, 1, 2, 50] {
+            let mut permutation: Vec<u32> = (0..n as u32).collect();
+            shuffle(&mut rng, &mut permutation);
+            let mut elements: Vec<u32> = cycles(&permutation).iter().map(|element| element & !super::LAST).collect();
+            elements.sort_unstable();
+            assert!(elements.into_iter().eq(0..n as u32));
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn sparse_and_dense_agree(
+            n in 1usize..14,
+            entries in prop::collection::vec((0usize..14, 0usize..14, -2.0f64..2.0), 0..40),
+            seed in 0u64..1000,
+        ) {
+            // BᵀB + I is positive definite for every B.
+            let entries: Vec<_> = entries.into_iter().filter(|&(row, column, _)| row < n && column < n).collect();
+            let b = SparseMatrix::from_triplets(n, n, &entries).unwrap();
+            let mut triplets = b.gram();
+            triplets.extend((0..n).map(|i| (i, i, 1.0)));
+            let mut dense = Matrix::zeros(n, n);
+            for &(row, column, value) in &triplets {
+                dense[(row, column)] += value;
+            }
+            let mut rng = seeded_rng(seed);
+            let rhs = Matrix::from_fn(n, 1, |_, _| normal(&mut rng));
+            let expected = solve_spd(&dense, &rhs).unwrap();
+            let mut x = rhs.data.clone();
+            SparseCholesky::new(n, &triplets).unwrap().solve(&mut x);
+            for (found, expected) in x.iter().zip(&expected.data) {
+                prop_assert!((found - expected).abs() < 1e-9);
+            }
+        }
     }
 }

@@ -67,8 +67,7 @@ fn split(items: &mut [Item]) -> usize {
     let mut best: Option<(f64, usize, f64)> = None;
     for axis in 0..3 {
         let (start, extent) = (low[axis], high[axis] - low[axis]);
-        // Also false for coordinates that are not numbers.
-        if !(extent > 0.0) {
+        if extent <= 0.0 || extent.is_nan() {
             continue;
         }
         let bin = |item: &Item| (((item.centre()[axis] - start) / extent * BINS as f64) as usize).min(BINS - 1);
