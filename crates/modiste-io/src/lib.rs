@@ -23,6 +23,7 @@ pub mod obj;
 pub mod pattern;
 pub mod ply;
 pub mod png;
+mod staged;
 pub mod table;
 mod text;
 
@@ -33,6 +34,7 @@ pub use file::{
     write_atomically, write_bytes,
 };
 pub use hash::hash;
+pub use staged::StagedFolder;
 
 /// A folder of the shared data beside the repository, for tests; says so and gives `None` where it is absent.
 #[cfg(test)]

@@ -26,6 +26,7 @@ pub use camera::Camera;
 pub use canvas::Canvas;
 pub use image::{Image, contact_sheet};
 pub use label::label_width;
+pub use light::linear_from_srgb;
 
 use crate::{Topology, Vec3};
 

@@ -1,0 +1,46 @@
+//! The machine that a time was measured on.
+
+use serde::{Deserialize, Serialize};
+
+/// What a measured time depends on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Machine {
+    /// Name of the processor, as the system gives it; otherwise its architecture.
+    pub processor: String,
+    /// Threads that can run at once.
+    pub threads: usize,
+    /// Operating system.
+    pub system: String,
+}
+
+impl Machine {
+    /// The machine that the program runs on.
+    pub fn this() -> Self {
+        let named = modiste_io::read_text("/proc/cpuinfo").ok().and_then(|text| processor_name(&text));
+        Self {
+            processor: named.unwrap_or_else(|| std::env::consts::ARCH.to_owned()),
+            threads: std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+            system: std::env::consts::OS.to_owned(),
+        }
+    }
+}
+
+/// The first model name in Linux's list of processors.
+fn processor_name(cpuinfo: &str) -> Option<String> {
+    let line = cpuinfo.lines().find(|line| line.starts_with("model name"))?;
+    Some(line.split_once(':')?.1.trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Machine, processor_name};
+
+    #[test]
+    fn the_processor_is_named() {
+        let list = "processor\t: 0\nmodel name\t: Some CPU @ 2.0 GHz\nflags\t: a b\n";
+        assert_eq!(processor_name(list).as_deref(), Some("Some CPU @ 2.0 GHz"));
+        assert_eq!(processor_name("flags : a"), None);
+        let machine = Machine::this();
+        assert!(!machine.processor.is_empty() && machine.threads > 0);
+    }
+}

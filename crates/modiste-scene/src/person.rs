@@ -1,0 +1,151 @@
+//! A body with its garments.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use modiste_body::{Body, Motion, Part, Pose};
+use modiste_core::{Progress, TriangleBvh, Vec3};
+use modiste_garment::refine::penetration::measure_with;
+use modiste_garment::refine::{FitOptions, Penetration as FramePenetration};
+use modiste_garment::{DrapeModel, FrameReport, LayerReport, Outfit};
+
+use crate::animation::{GarmentFit, Penetration, Track, stored};
+use crate::timing::timed;
+use crate::{Animation, SceneError, Stage, Timing};
+
+/// Colour of the body in pictures (sRGB).
+const SKIN: [f32; 3] = [0.80, 0.63, 0.54];
+/// Colours of the garments, from the innermost outwards, over and over (sRGB).
+const CLOTH: [[f32; 3]; 4] = [[0.22, 0.27, 0.38], [0.75, 0.30, 0.26], [0.33, 0.52, 0.42], [0.80, 0.68, 0.36]];
+/// Name of the body's track.
+const BODY: &str = "body";
+
+/// A body with its garments.
+#[derive(Debug, Clone)]
+pub struct Person {
+    body: Body,
+    garments: Vec<Arc<DrapeModel>>,
+}
+
+impl Person {
+    /// Dresses a body. Garments with a waist band are worn below those without; otherwise the order is kept, the innermost
+    /// first.
+    ///
+    /// # Errors
+    /// A garment that is worn twice, or was learned for bodies of the other gender.
+    pub fn new(body: Body, mut garments: Vec<Arc<DrapeModel>>) -> Result<Self, SceneError> {
+        for (index, model) in garments.iter().enumerate() {
+            let garment = model.garment();
+            if garments[..index].iter().any(|other| other.garment().name == garment.name) {
+                return Err(SceneError::WornTwice { garment: garment.name.clone() });
+            }
+            if garment.gender != body.model().gender() {
+                return Err(SceneError::OtherBody {
+                    garment: garment.name.clone(),
+                    garment_gender: garment.gender.name(),
+                    body_gender: body.model().gender().name(),
+                });
+            }
+        }
+        garments.sort_by_key(|model| model.garment().waist_band.is_empty());
+        Ok(Self { body, garments })
+    }
+
+    /// The body.
+    pub fn body(&self) -> &Body {
+        &self.body
+    }
+
+    /// The garments, from the innermost outwards.
+    pub fn garments(&self) -> &[Arc<DrapeModel>] {
+        &self.garments
+    }
+
+    /// Frames a second at which the garments were learned, and at which motions must come; 30 without garments.
+    pub fn fps(&self) -> f64 {
+        self.garments.first().map_or(30.0, |model| model.fps())
+    }
+
+    /// Lets the person move, dressed.
+    ///
+    /// # Errors
+    /// A motion without frames or at another rate than [`Self::fps`], or a garment that does not go with the body.
+    pub fn animate(
+        &self,
+        motion: &Motion,
+        options: &FitOptions,
+        progress: &dyn Progress,
+    ) -> Result<Animation, SceneError> {
+        const STAGE: &str = "dress";
+        if motion.frames.is_empty() {
+            return Err(SceneError::NoFrames);
+        }
+        if (motion.fps - self.fps()).abs() > 1e-6 {
+            return Err(SceneError::OtherRate { wanted: self.fps(), found: motion.fps });
+        }
+        let mut outfit = Outfit::new(&self.body, &self.garments, options)?;
+        let mut vertices = self.body.rest_vertices().to_vec();
+        // For the measurement of penetration, which is apart from the fit.
+        let mut tree = TriangleBvh::new(self.body.model().topology(), &vertices);
+        let mut tracks = self.empty_tracks(motion.frames.len());
+        let mut timing = Timing::default();
+        let mut before = vec![Vec::new(); self.garments.len()];
+        let mut after = before.clone();
+        progress.start(STAGE, motion.frames.len());
+        for (frame, pose) in motion.frames.iter().enumerate() {
+            let ((), posing) = timed(|| self.body.pose(pose, &mut vertices));
+            timing.push(times(posing, outfit.step(pose, &vertices)));
+            tree.refit(&vertices);
+            tracks[0].frames.push(stored(&vertices));
+            for (layer, track) in tracks[1..].iter_mut().enumerate() {
+                before[layer].push(measure_with(&tree, &vertices, outfit.predicted(layer)));
+                after[layer].push(measure_with(&tree, &vertices, outfit.vertices(layer)));
+                track.frames.push(stored(outfit.vertices(layer)));
+            }
+            progress.advance(STAGE, frame + 1);
+        }
+        progress.finish(STAGE);
+        let fits = self.fits(&before, &after);
+        Ok(Animation { fps: motion.fps, tracks, headings: headings(motion), timing, fits })
+    }
+
+    fn empty_tracks(&self, frames: usize) -> Vec<Track> {
+        let track = |name: &str, topology: &Arc<_>, colour| Track {
+            name: name.to_owned(),
+            topology: Arc::clone(topology),
+            frames: Vec::with_capacity(frames),
+            colour,
+        };
+        let body = track(BODY, self.body.model().topology(), SKIN);
+        let garments = self.garments.iter().map(|model| model.garment()).zip(CLOTH.iter().cycle());
+        std::iter::once(body)
+            .chain(garments.map(|(garment, &colour)| track(&garment.name, &garment.topology, colour)))
+            .collect()
+    }
+
+    fn fits(&self, before: &[Vec<FramePenetration>], after: &[Vec<FramePenetration>]) -> Vec<GarmentFit> {
+        let garments = self.garments.iter().map(|model| model.garment());
+        garments
+            .zip(before.iter().zip(after))
+            .map(|(garment, (before, after))| GarmentFit {
+                garment: garment.name.clone(),
+                vertices: garment.template.len(),
+                before: Penetration::over_frames(before),
+                after: Penetration::over_frames(after),
+            })
+            .collect()
+    }
+}
+
+/// What a frame took, by stage.
+fn times(posing: Duration, report: &FrameReport) -> [Duration; Stage::COUNT] {
+    let sum = |of: fn(&LayerReport) -> f64| Duration::from_secs_f64(report.layers.iter().map(of).sum());
+    let fit = sum(|layer| layer.fit_seconds) + Duration::from_secs_f64(report.body_seconds);
+    [posing, sum(|layer| layer.synthesis_seconds), fit]
+}
+
+/// Heading of the pelvis in every frame (rad), about Y from +Z.
+fn headings(motion: &Motion) -> Vec<f64> {
+    let ahead = |pose: &Pose| pose.rotation(Part::Pelvis) * Vec3::Z;
+    motion.frames.iter().map(ahead).map(|ahead| ahead.x.atan2(ahead.z)).collect()
+}
