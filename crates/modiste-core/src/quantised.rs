@@ -85,12 +85,25 @@ impl QuantisedBasis {
         let n = self.dimensions;
         assert_eq!(mean.len(), n, "one number of the mean per dimension");
         assert_eq!(out.len(), n, "one number per dimension");
+        let factors: Vec<f32> =
+            coefficients.iter().zip(&self.scales).map(|(c, &scale)| (c * f64::from(scale)) as f32).collect();
         for (block, (out, mean)) in out.chunks_mut(BLOCK).zip(mean.chunks(BLOCK)).enumerate() {
             out.copy_from_slice(mean);
-            for (k, (&coefficient, &scale)) in coefficients.iter().zip(&self.scales).enumerate() {
-                let row = &self.values[k * n + block * BLOCK..][..out.len()];
-                let factor = (coefficient * f64::from(scale)) as f32;
-                for (value, &b) in out.iter_mut().zip(row) {
+            let length = out.len();
+            let row = |k: usize| &self.values[k * n + block * BLOCK..][..length];
+            // Four components at a time read and write the result once.
+            let mut quadruples = factors.chunks_exact(4);
+            let mut k = 0;
+            for f in quadruples.by_ref() {
+                let (a, b, c, d) = (row(k), row(k + 1), row(k + 2), row(k + 3));
+                for i in 0..length {
+                    out[i] += (f[0] * f32::from(a[i]) + f[1] * f32::from(b[i]))
+                        + (f[2] * f32::from(c[i]) + f[3] * f32::from(d[i]));
+                }
+                k += 4;
+            }
+            for (k, &factor) in (k..).zip(quadruples.remainder()) {
+                for (value, &b) in out.iter_mut().zip(row(k)) {
                     *value += factor * f32::from(b);
                 }
             }
