@@ -8,6 +8,7 @@ pub mod motion;
 mod part;
 pub mod population;
 mod pose;
+pub mod registration;
 pub mod scape;
 
 pub use error::BodyError;

@@ -18,6 +18,7 @@ use crate::{Gender, Part};
 pub use load::MakeHumanError;
 pub use modiste_io::makehuman::BODY_VERTEX_COUNT;
 pub use parameters::{Parameter, ParameterKind};
+pub(crate) use template_pose::skin;
 use parameters::Factor;
 
 /// A displacement of some of the points (m).

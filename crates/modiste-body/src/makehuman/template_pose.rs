@@ -54,7 +54,7 @@ pub(super) fn rotations_to_template(joints: &[Vec3; Part::COUNT]) -> [Mat3; Part
 ///
 /// `x' = Σ_p w_p (R_p (x - j_p) + j'_p)` with `j'` down the tree: linear in the points when the rotations are fixed,
 /// so it applies to displacements as it does to positions.
-pub(super) fn skin(points: &mut [Vec3], skin_weights: &[Vec<(Part, f64)>], rotations: &[Mat3; Part::COUNT]) {
+pub(crate) fn skin(points: &mut [Vec3], skin_weights: &[Vec<(Part, f64)>], rotations: &[Mat3; Part::COUNT]) {
     let joints = joints_of(points);
     let mut posed = joints;
     for part in Part::ALL {
