@@ -157,9 +157,19 @@ impl MakeHumanModel {
         }
         let vertex_parts: Vec<Part> = skin_weights.iter().map(|weights| weights[0].0).collect();
         let face_parts = topology.faces().iter().map(|face| heaviest_part(*face, &skin_weights)).collect();
-        let parameters = table.parameters;
-        let mut model =
-            Self { gender, topology, parameters, base: base_points, terms, skin_weights, vertex_parts, face_parts };
+        let side = |p: &Vec3| if p.x.abs() < 1e-6 { 0.0 } else { p.x.signum() };
+        let sides = base_points[..BODY_VERTEX_COUNT].iter().map(side).collect();
+        let mut model = Self {
+            gender,
+            topology,
+            parameters: table.parameters,
+            base: base_points,
+            terms,
+            skin_weights,
+            vertex_parts,
+            face_parts,
+            sides,
+        };
         model.move_to_template_pose();
         Ok(model)
     }

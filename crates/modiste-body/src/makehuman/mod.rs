@@ -73,6 +73,7 @@ pub struct MakeHumanModel {
     skin_weights: Vec<Vec<(Part, f64)>>,
     vertex_parts: Vec<Part>,
     face_parts: Vec<Part>,
+    sides: Vec<f64>,
 }
 
 impl MakeHumanModel {
@@ -114,6 +115,11 @@ impl MakeHumanModel {
     /// The part that moves the corners of each face most.
     pub fn face_parts(&self) -> &[Part] {
         &self.face_parts
+    }
+
+    /// Side of the body that a vertex belongs to: 1 left, -1 right, 0 on the middle plane.
+    pub fn side(&self, vertex: usize) -> f64 {
+        self.sides[vertex]
     }
 
     /// Body vertices (m) in the template pose: feet on `y = 0`, the pelvis joint at `x = z = 0`.

@@ -9,6 +9,7 @@ mod solve;
 mod space;
 mod statistics;
 mod subject;
+mod untangle;
 
 use modiste_core::{Progress, SolveError, seeded_rng};
 use rayon::prelude::*;
@@ -21,6 +22,7 @@ pub use quality::{MeshQuality, mesh_quality};
 pub use solve::{SolvedBody, solve_subject};
 pub use space::{BodySpace, SoftDirections, Unknown};
 pub use statistics::{PopulationStatistics, QuantityStatistics, TwinResidual, statistics};
+pub use untangle::untangle;
 pub use subject::{ANSUR_QUANTITIES, AnsurQuantity, AnsurStatistics, Subject, SubjectError, ansur_subjects, choose};
 
 /// How a population is made.

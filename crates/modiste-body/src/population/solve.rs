@@ -4,6 +4,7 @@ use modiste_core::{Matrix, SolveError, Vec3, solve_spd};
 
 use super::space::{BodySpace, FunctionalGradients};
 use super::subject::{ANSUR_QUANTITIES, Subject};
+use super::untangle::untangle;
 use crate::makehuman::BODY_VERTEX_COUNT;
 use crate::{MeasureTemplate, Measurements, measure};
 
@@ -21,6 +22,8 @@ pub struct SolvedBody {
     pub points: Vec<Vec3>,
     /// What they measure.
     pub measurements: Measurements,
+    /// Whether no face crosses another.
+    pub untangled: bool,
 }
 
 /// Finds the body nearest to the random person `start` that measures as the subject does.
@@ -56,8 +59,10 @@ pub fn solve_subject(
             break;
         }
     }
-    let measurements = measure(template, &state.points[..BODY_VERTEX_COUNT]);
-    Ok(SolvedBody { values: state.values, points: state.points, measurements })
+    let State { values, mut points, .. } = state;
+    let untangled = untangle(space.model(), &mut points);
+    let measurements = measure(template, &points[..BODY_VERTEX_COUNT]);
+    Ok(SolvedBody { values, points, measurements, untangled })
 }
 
 struct Problem<'a> {

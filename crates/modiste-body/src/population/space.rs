@@ -38,6 +38,9 @@ const SEX_DIRECTION: usize = 1;
 /// stands at the mean of its gender.
 const SEX_SPREAD: f64 = 0.4;
 
+/// Smallest breast firmness: below it the artist's breasts fold into the chest.
+const LOWEST_FIRMNESS: f64 = 0.25;
+
 /// All unknowns, and the bodies that they make.
 #[derive(Debug)]
 pub struct BodySpace<'a> {
@@ -63,7 +66,7 @@ impl<'a> BodySpace<'a> {
                     mean: parameter.default,
                     spread,
                     reach,
-                    lowest: parameter.lowest + margin,
+                    lowest: if parameter.name == "firmness" { LOWEST_FIRMNESS } else { parameter.lowest + margin },
                     highest: parameter.highest - margin,
                 }
             })
