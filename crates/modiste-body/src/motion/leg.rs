@@ -18,13 +18,6 @@ impl Side {
         self as usize
     }
 
-    pub(crate) fn other(self) -> Self {
-        match self {
-            Self::Left => Self::Right,
-            Self::Right => Self::Left,
-        }
-    }
-
     /// +1 for the left, which is at +X, −1 for the right.
     pub(crate) fn sign(self) -> f64 {
         match self {
@@ -69,7 +62,7 @@ pub(crate) fn leg_bones(rest_joints: &[Vec3; Part::COUNT], side: Side) -> [f64; 
 }
 
 /// Share of its full length that a leg is stretched to at most: a locked knee would snap back and forth.
-pub(crate) const LONGEST: f64 = 0.998;
+const LONGEST: f64 = 0.998;
 
 /// Turns thigh, shin and foot so that the ankle comes as near as it can to `ankle` (world, m), the foot has the world
 /// rotation `foot`, and the knee points along `forwards` as far as the hip allows.

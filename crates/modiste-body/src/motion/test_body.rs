@@ -47,7 +47,7 @@ fn tip(part: Part, joints: &[Vec3; Part::COUNT]) -> Vec3 {
         Part::Neck => at(Part::Head),
         Part::Head => at(Part::Head) + Vec3::Y * 0.18,
         Part::LeftHand | Part::RightHand => at(part) + Vec3::new(0.1 * at(part).x.signum(), -0.1, 0.03),
-        Part::LeftFoot | Part::RightFoot => at(part) + Vec3::new(0.0, -0.05, 0.16),
+        Part::LeftFoot | Part::RightFoot => at(part) + Vec3::new(0.0, -0.05, 0.17),
         _ => Part::ALL.into_iter().find(|child| child.parent() == Some(part)).map_or(at(part), at),
     }
 }
@@ -57,7 +57,12 @@ fn boxes(scale: f64) -> (Vec<Vec3>, Vec<[u32; 3]>, SkinWeights) {
     let joints = rest_joints();
     let (mut vertices, mut faces, mut weights) = (Vec::new(), Vec::new(), Vec::new());
     for part in Part::ALL {
-        let (from, to) = (joints[part.index()], tip(part, &joints));
+        let to = tip(part, &joints);
+        // The soles are level, from heel to toes.
+        let from = match part {
+            Part::LeftFoot | Part::RightFoot => to - Vec3::Z * 0.23,
+            _ => joints[part.index()],
+        };
         let along = (to - from).normalize();
         let side = along.any_orthonormal_vector();
         let other = along.cross(side);
