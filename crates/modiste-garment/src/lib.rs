@@ -7,6 +7,7 @@ pub mod drape;
 mod error;
 mod outfit;
 pub mod refine;
+pub mod report;
 
 pub use drape::{DrapeModel, Garment, Synthesis, TrainOptions, TrainingSet, Wrinkles};
 pub use error::GarmentError;

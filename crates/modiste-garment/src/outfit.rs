@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 use crate::refine::{Below, ExactReport, Fit, FitOptions, Obstacle, upper_body};
 use crate::{DrapeModel, GarmentError, Synthesis, Wrinkles};
 
+/// Distance from the faces of an inner garment at which the outside begins for those over it (m).
+const CLOTH_THICKNESS: f64 = 0.0015;
+
 /// What an outfit needs to know of a body.
 #[derive(Debug, Clone, Copy)]
 pub struct Wearer<'a> {
@@ -134,7 +137,7 @@ impl Outfit {
             layers.push(Layer {
                 synthesis,
                 fit: Fit::new(&garment.topology, &garment.waist_band, options.clone()),
-                surface: (!is_outermost).then(|| Obstacle::single(garment.topology.clone(), &vertices)),
+                surface: (!is_outermost).then(|| Obstacle::garment(garment.topology.clone(), &vertices, CLOTH_THICKNESS)),
                 members: (0..garment.topology.vertex_count() as u32).collect(),
                 body_members: own_members,
                 vertices,

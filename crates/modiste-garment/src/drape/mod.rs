@@ -24,6 +24,6 @@ pub use features::{InputOptions, PoseInputs};
 pub use leave_one_out::{LeaveOneOut, Placement, leave_one_out};
 pub use model::{DrapeModel, Provenance, TrainOptions};
 pub use shape::{ShapeModel, ShapeOptions};
-pub use synthesis::{Synthesis, Wrinkles};
+pub use synthesis::{Projection, Synthesis, Wrinkles};
 pub use training_set::{Garment, PoseSequence, ShapeSample, TrainingSet};
 pub use wrinkle::{WrinkleFrame, WrinkleModel, WrinkleOptions, wrinkle_gradients};

@@ -6,8 +6,9 @@ use modiste_body::Pose;
 use modiste_core::{Mat3, Vec3};
 
 use super::dynamics::DynamicsState;
+use super::gradient::flatten;
 use super::model::DrapeModel;
-use super::wrinkle::compose_all;
+use super::wrinkle::{compose_all, wrinkle_gradients};
 use crate::GarmentError;
 use crate::refine::anchors::translation;
 
@@ -80,12 +81,24 @@ impl Synthesis {
     /// The garment's vertices (m, world) in the next frame; `body` are the vertices of the posed body. Frames follow each
     /// other at the rate of the model. Nothing is allocated.
     pub fn step(&mut self, pose: &Pose, body: &[Vec3]) -> &[Vec3] {
-        let Self { model, state, .. } = self;
+        let model = &self.model;
         let coefficients = match self.kind {
-            Wrinkles::Dynamic => model.dynamics.step(state, pose),
-            Wrinkles::Static => model.dynamics.step_static(state, pose),
+            Wrinkles::Dynamic => model.dynamics.step(&mut self.state, pose),
+            Wrinkles::Static => model.dynamics.step_static(&mut self.state, pose),
         };
         model.wrinkle.expand(coefficients, &mut self.wrinkles);
+        self.finish(pose, body)
+    }
+
+    /// The garment with given wrinkles.
+    fn build(&mut self, pose: &Pose, body: &[Vec3], coefficients: &[f64]) -> &[Vec3] {
+        self.model.wrinkle.expand(coefficients, &mut self.wrinkles);
+        self.finish(pose, body)
+    }
+
+    /// The vertices, from the expanded wrinkles.
+    fn finish(&mut self, pose: &Pose, body: &[Vec3]) -> &[Vec3] {
+        let model = &self.model;
         let frame = model.wrinkle.frame;
         let parts = &model.garment.face_parts;
         compose_all(frame, pose, parts, &self.shape_deformations, &self.wrinkles, &mut self.gradients);
@@ -100,5 +113,44 @@ impl Synthesis {
     /// The vertices of the last frame (m, world).
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
+    }
+}
+
+/// Puts the wrinkles of given meshes on the mean body's garment: the best that the learned space can show.
+#[derive(Debug, Clone)]
+pub struct Projection {
+    synthesis: Synthesis,
+    basis: Vec<f32>,
+}
+
+impl Projection {
+    /// For the mean body, on which wrinkles are learned.
+    pub fn new(model: Arc<DrapeModel>) -> Self {
+        let shape_deformations = vec![Mat3::IDENTITY; model.garment.topology.face_count()];
+        let basis = model.wrinkle.basis.to_f32();
+        let synthesis = Synthesis {
+            kind: Wrinkles::default(),
+            state: model.dynamics.start(),
+            wrinkles: vec![0.0; model.wrinkle.mean.len()],
+            gradients: shape_deformations.clone(),
+            vertices: vec![Vec3::ZERO; model.garment.template.len()],
+            shape_deformations,
+            model,
+        };
+        Self { synthesis, basis }
+    }
+
+    /// The garment with the wrinkles that `truth` (m) has in this pose, as far as they lie in the learned space.
+    pub fn project(&mut self, pose: &Pose, body: &[Vec3], truth: &[Vec3]) -> &[Vec3] {
+        let wrinkle = &self.synthesis.model.wrinkle;
+        let gradients = wrinkle_gradients(&self.synthesis.model.garment, wrinkle.frame, pose, truth);
+        let flat = flatten(&gradients);
+        let rows = self.basis.chunks_exact(flat.len().max(1));
+        let along = |row: &[f32]| {
+            let numbers = row.iter().zip(&flat).zip(&wrinkle.mean);
+            numbers.map(|((b, q), mean)| f64::from(*b) * (f64::from(*q) - f64::from(*mean))).sum::<f64>()
+        };
+        let coefficients: Vec<f64> = rows.map(along).collect();
+        self.synthesis.build(pose, body, &coefficients)
     }
 }

@@ -7,17 +7,13 @@ use modiste_core::{Mat3, Topology, Vec3, centroid};
 
 use crate::GarmentError;
 
-/// Half the height of the ring of body vertices that counts as the waist (m); more than an edge of the body, so that no
-/// edge crosses the ring.
-const WAIST_HALF_HEIGHT: f64 = 0.015;
-
 /// The vertices of the body that are reached from the head without passing the waist, ascending.
 ///
-/// The waist is the ring of trunk vertices near the plane through the waist band of the lower garment, all given in the
-/// template pose. Done once per body and garment.
+/// At the waist all edges of trunk and thighs are cut that cross the plane through the waist band of the lower garment,
+/// everything in the template pose. Hands may hang at that height; they are not cut off. Done once per body and garment.
 ///
 /// # Errors
-/// No waist band, no head, or a ring that does not part the body: the breadth-first search reached the feet.
+/// No waist band, no head, or a waist that does not part the body: the breadth-first search reached the feet.
 pub fn upper_body(
     topology: &Topology,
     vertex_parts: &[Part],
@@ -28,11 +24,11 @@ pub fn upper_body(
         return Err(GarmentError::data("waist band of the lower garment", "at least 3 vertices", waist_band.len()));
     }
     let (origin, normal) = plane(waist_band);
-    let is_trunk = |part: Part| matches!(part, Part::Pelvis | Part::Abdomen | Part::Chest);
-    // The trunk alone: hands may hang at the height of the waist.
-    let is_waist = |vertex: usize| {
-        is_trunk(vertex_parts[vertex]) && normal.dot(body[vertex] - origin).abs() < WAIST_HALF_HEIGHT
+    let may_cut = |vertex: usize| {
+        matches!(vertex_parts[vertex], Part::Pelvis | Part::Abdomen | Part::Chest | Part::LeftThigh | Part::RightThigh)
     };
+    let is_above = |vertex: usize| normal.dot(body[vertex] - origin) > 0.0;
+    let is_cut = |a: usize, b: usize| may_cut(a) && may_cut(b) && is_above(a) != is_above(b);
     let head = vertex_parts.iter().position(|&part| part == Part::Head);
     let head = head.ok_or_else(|| GarmentError::data("body", "a vertex of the head", "none"))?;
     let mut reached = vec![false; body.len()];
@@ -41,7 +37,7 @@ pub fn upper_body(
     while let Some(vertex) = queue.pop_front() {
         for &neighbour in topology.neighbours(vertex) {
             let neighbour = neighbour as usize;
-            if !reached[neighbour] && !is_waist(neighbour) {
+            if !reached[neighbour] && !is_cut(vertex, neighbour) {
                 reached[neighbour] = true;
                 queue.push_back(neighbour);
             }
