@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn a_waist_that_does_not_part_the_body_is_refused() {
         let (mesh, parts) = body();
-        let low: Vec<Vec3> = ring(0.2, 0.0).iter().map(|v| *v - Vec3::new(0.0, 0.25, 0.0)).collect();
+        let low: Vec<Vec3> = ring(0.2, 0.0).iter().map(|v| *v - Vec3::new(0.0, 0.45, 0.0)).collect();
         let error = upper_body(&mesh.topology, &parts, &mesh.vertices, &low).unwrap_err();
         assert!(error.to_string().contains("foot reached"), "{error}");
         assert!(upper_body(&mesh.topology, &parts, &mesh.vertices, &[]).is_err());
