@@ -15,6 +15,7 @@ fn main() {
     queries();
     reconstruction();
     expansion();
+    components();
 }
 
 /// Prints the median time of a few runs.
@@ -51,6 +52,13 @@ fn queries() {
         found = points.iter().filter(|&&p| tree.closest_point(&body.vertices, p, 0.03).is_some()).count();
     });
     println!("    {found} found");
+    let nearest = |&p: &Vec3| tree.closest_point(&body.vertices, p, 0.03).map(|at| at.face);
+    let last: Vec<Option<u32>> = points.iter().map(nearest).collect();
+    time("the same, knowing the faces of the last frame", 15, || {
+        let near =
+            |(&p, &face): (&Vec3, &Option<u32>)| tree.closest_point_near(&body.vertices, p, 0.03, face).is_some();
+        found = points.iter().zip(&last).filter(|&pair| near(pair)).count();
+    });
     time("winding numbers", 5, || {
         found = points.iter().filter(|&&p| tree.contains(&body.vertices, p)).count();
     });
@@ -78,6 +86,17 @@ fn reconstruction() {
     time("gradients", 9, || gradients = deformation_gradients(&garment.topology, &garment.vertices, &target));
     let mut out = vec![Vec3::ZERO; target.len()];
     time("right-hand side, solve, centre", 31, || solver.reconstruct(&gradients, &mut out));
+}
+
+fn components() {
+    let (m, n) = (300, 100_000);
+    let mut rng = seeded_rng(4);
+    let samples: Vec<Vec<f32>> = (0..m).map(|_| (0..n).map(|_| normal(&mut rng) as f32).collect()).collect();
+    let views: Vec<&[f32]> = samples.iter().map(Vec::as_slice).collect();
+    println!("{m} samples of {n} dimensions, on all cores");
+    time("50 principal components", 1, || {
+        std::hint::black_box(Pca::fit(&views, 50).expect("the samples are finite"));
+    });
 }
 
 fn expansion() {

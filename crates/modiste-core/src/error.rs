@@ -39,6 +39,14 @@ pub enum SolveError {
         /// Where, in storage order.
         index: usize,
     },
+    /// Input that must not be negative is.
+    #[error("{what} holds a negative number at index {index}")]
+    Negative {
+        /// Which input.
+        what: &'static str,
+        /// Where, in storage order.
+        index: usize,
+    },
     /// There is nothing to solve.
     #[error("{what} is empty")]
     Empty {
@@ -46,7 +54,7 @@ pub enum SolveError {
         what: &'static str,
     },
     /// An iteration did not reach its tolerance.
-    #[error("{what} did not converge in {iterations} iterations")]
+    #[error("{what} did not converge{}", after(*iterations))]
     NoConvergence {
         /// Which iteration.
         what: &'static str,
@@ -59,6 +67,11 @@ pub enum SolveError {
         /// For what.
         what: &'static str,
     },
+}
+
+/// How many iterations, for a message.
+fn after(iterations: usize) -> String {
+    if iterations == 0 { String::new() } else { format!(" in {iterations} iterations") }
 }
 
 /// Returns an error unless every value is finite.

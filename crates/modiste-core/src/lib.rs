@@ -1,4 +1,38 @@
-//! Meshes, numerics, queries and the CPU rasteriser. No files, no command line.
+//! Meshes, numerics, queries and the CPU rasteriser of Modiste. No files, no command line.
+//!
+//! Lengths are metres, angles radians, Y is up. Topology is constant and shared; positions live beside it as slices with
+//! one point per vertex, so a function takes `(&Topology, &[Vec3])` and works for any pose. Solves run in f64, stored
+//! bases are f32 or i16. Everything is deterministic: the number of threads changes no bit of a result.
+//!
+//! | what | where |
+//! |---|---|
+//! | meshes | [`Topology`], [`Mesh`], [`vertex_normals`], [`volume`], [`mean_curvature`], [`connected_components`], [`boundary_loops`], [`shapes`] |
+//! | deformation gradients (DRAPE eq. 1 and 3) | [`deformation_gradients`], [`GradientReconstruction`] |
+//! | nearest point, ray, inside, crossing | [`TriangleBvh`], [`signed_distance()`], [`closest_point_on_triangle`] |
+//! | distances along the surface | [`geodesic_distances`] |
+//! | slices and girths | [`slice_by_plane`], [`chain_segments`], [`convex_hull_2d`], [`polygon_perimeter`] |
+//! | rotations | [`rotation_from_vector`], [`vector_from_rotation`], [`nearest_rotation`], [`swing_twist`], [`align_rigid`] |
+//! | sparse systems | [`SparseMatrix`], [`SparseCholesky`], [`BlockSystem`] (conjugate gradients) |
+//! | dense systems | [`Matrix`], [`ridge`], [`solve_spd`], [`symmetric_eigen`], [`largest_eigenvalue_magnitude`], [`thin_svd`] |
+//! | learned bases | [`Pca`], [`QuantisedBasis`] |
+//! | random numbers, progress | [`seeded_rng`], [`normal`], [`Progress`] |
+//! | pictures | [`render`] |
+//!
+//! One-shot functions serve a single call; where a model is used again and again there is a type that prepares once:
+//! [`GradientReconstruction`] and [`SparseCholesky`] factor, [`TriangleBvh`] builds and refits.
+//!
+//! ```
+//! use modiste_core::{GradientReconstruction, Vec3, deformation_gradients, shapes::icosphere, volume};
+//!
+//! let sphere = icosphere(3);
+//! let tall: Vec<Vec3> = sphere.vertices.iter().map(|&p| p * Vec3::new(1.0, 2.0, 1.0)).collect();
+//! let gradients = deformation_gradients(&sphere.topology, &sphere.vertices, &tall);
+//! let solver = GradientReconstruction::new(&sphere.topology, &sphere.vertices)?;
+//! let mut rebuilt = vec![Vec3::ZERO; tall.len()];
+//! solver.reconstruct(&gradients, &mut rebuilt);
+//! assert!((volume(&sphere.topology, &rebuilt) / sphere.volume() - 2.0).abs() < 1e-9);
+//! # Ok::<(), modiste_core::SolveError>(())
+//! ```
 
 mod bvh;
 mod components;

@@ -57,7 +57,7 @@ impl Pca {
             check_size("weights", n, weights.len())?;
             check_finite_f32("the weights", weights)?;
             if let Some(index) = weights.iter().position(|&weight| weight < 0.0) {
-                return Err(SolveError::NotFinite { what: "the square root of the weights", index });
+                return Err(SolveError::Negative { what: "the weights", index });
             }
         }
         let m = samples.len();
@@ -363,6 +363,7 @@ mod tests {
         assert!(matches!(Pca::fit(&[], 1), Err(SolveError::Empty { .. })));
         assert!(matches!(Pca::fit(&[&[1.0, 2.0], &[1.0]], 1), Err(SolveError::Size { wanted: 2, found: 1, .. })));
         assert!(matches!(Pca::fit(&[&[1.0, f32::INFINITY]], 1), Err(SolveError::NotFinite { index: 1, .. })));
-        assert!(Pca::fit_weighted(&[&[1.0, 2.0]], &[1.0, -1.0], 1).is_err());
+        let negative = Pca::fit_weighted(&[&[1.0, 2.0]], &[1.0, -1.0], 1);
+        assert!(matches!(negative, Err(SolveError::Negative { index: 1, .. })));
     }
 }

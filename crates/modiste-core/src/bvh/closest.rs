@@ -189,6 +189,28 @@ mod tests {
     }
 
     #[test]
+    fn a_tree_of_some_faces_finds_only_those() {
+        let mesh = icosphere(2);
+        let x = &mesh.vertices;
+        let some: Vec<u32> = (0..mesh.topology.face_count() as u32).filter(|face| face % 5 == 2).collect();
+        let tree = TriangleBvh::of_faces(&mesh.topology, x, &some);
+        assert_eq!(tree.face_count(), some.len());
+        let mut rng = seeded_rng(9);
+        for face in 0..100 {
+            let p = Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
+            let distance = |&face: &u32| {
+                closest_point_on_triangle(p, corners(mesh.topology.faces()[face as usize], x)).0.distance(p)
+            };
+            let truth = some.iter().map(distance).fold(f64::INFINITY, f64::min);
+            // Faces that are in the tree, faces that are not, and faces that do not exist.
+            for likely in [Some(face), Some(u32::MAX), None] {
+                let found = tree.closest_point_near(x, p, f64::INFINITY, likely).unwrap();
+                assert!((found.distance - truth).abs() < 1e-12 && found.face % 5 == 2);
+            }
+        }
+    }
+
+    #[test]
     fn far_and_bad_points_are_handled() {
         let mesh = icosphere(2);
         let tree = TriangleBvh::new(&mesh.topology, &mesh.vertices);

@@ -59,13 +59,20 @@ impl TriangleBvh {
     }
 }
 
-/// Slab test. A direction without component along an axis gives infinities, or not-a-number exactly on a face of the
-/// box, which `max` and `min` then ignore.
+/// Slab test.
 fn meets_box(node: &Node, slot: usize, origin: Vec3, inverse: Vec3, rounding: f64, reach: f64) -> bool {
     let (mut enter, mut leave) = (0.0f64, reach);
     for axis in 0..3 {
-        let low = (f64::from(node.low[axis][slot]) - rounding - origin[axis]) * inverse[axis];
-        let high = (f64::from(node.high[axis][slot]) + rounding - origin[axis]) * inverse[axis];
+        let low = f64::from(node.low[axis][slot]) - rounding - origin[axis];
+        let high = f64::from(node.high[axis][slot]) + rounding - origin[axis];
+        if inverse[axis].is_infinite() {
+            // Along the slab: zero times infinity would not be a number.
+            if low > 0.0 || high < 0.0 {
+                return false;
+            }
+            continue;
+        }
+        let (low, high) = (low * inverse[axis], high * inverse[axis]);
         enter = enter.max(low.min(high));
         leave = leave.min(low.max(high));
     }
