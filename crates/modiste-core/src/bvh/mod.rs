@@ -13,6 +13,8 @@ pub use overlap::triangles_cross;
 pub use ray::RayHit;
 pub use winding::winding_number_exact;
 
+use std::sync::OnceLock;
+
 use crate::{Topology, Vec3};
 use winding::Dipole;
 
@@ -31,7 +33,8 @@ const STACK: usize = 128;
 #[derive(Debug, Clone)]
 pub struct TriangleBvh {
     nodes: Vec<Node>,
-    dipoles: Vec<[Dipole; WIDTH]>,
+    /// Per child what it is from afar; made by the first winding number after each motion.
+    dipoles: OnceLock<Vec<[Dipole; WIDTH]>>,
     /// Faces in the order of the leaves: corners, and index in the topology.
     corners: Vec<[u32; 3]>,
     faces: Vec<u32>,
@@ -129,7 +132,7 @@ impl TriangleBvh {
         }
         let mut tree = Self {
             places,
-            dipoles: vec![[Dipole::default(); WIDTH]; nodes.len()],
+            dipoles: OnceLock::new(),
             nodes,
             corners: order.iter().map(|&index| corners[index as usize]).collect(),
             faces: order.iter().map(|&index| faces[index as usize]).collect(),
@@ -147,6 +150,7 @@ impl TriangleBvh {
     /// Fits the boxes to vertices that have moved. The tree keeps its shape, so after large motion queries get slower,
     /// never wrong.
     pub fn refit(&mut self, x: &[Vec3]) {
+        self.dipoles = OnceLock::new();
         for index in (0..self.nodes.len()).rev() {
             for slot in 0..WIDTH {
                 match self.nodes[index].children[slot].kind() {
@@ -158,7 +162,6 @@ impl TriangleBvh {
                             self.nodes[index].low[axis][slot] = low.into_iter().fold(f32::INFINITY, f32::min);
                             self.nodes[index].high[axis][slot] = high.into_iter().fold(f32::NEG_INFINITY, f32::max);
                         }
-                        self.dipoles[index][slot] = Dipole::joined(self.dipoles[child].iter().copied());
                     }
                     ChildKind::Leaf(first, count) => {
                         let corners = &self.corners[first..first + count];
@@ -168,7 +171,6 @@ impl TriangleBvh {
                             bounds = (bounds.0.min(p), bounds.1.max(p));
                         }
                         self.nodes[index].set_box(slot, bounds);
-                        self.dipoles[index][slot] = Dipole::of_triangles(corners, x);
                     }
                 }
             }
