@@ -5,6 +5,7 @@
 
 // Garments.
 pub mod cut;
+pub mod dress;
 pub mod pattern;
 
 // Physics.

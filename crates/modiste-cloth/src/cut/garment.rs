@@ -201,6 +201,33 @@ impl CutGarment {
         &self.anchors
     }
 
+    /// Texture coordinates of the corners of each face: the panels of the template size side by side, in the unit square.
+    pub fn uv(&self) -> Vec<[[f32; 2]; 3]> {
+        let points = &self.points[self.pattern.template_size];
+        let gap = 0.02;
+        let mut shifts = Vec::with_capacity(self.panels.len());
+        let (mut width, mut height) = (0.0, 0.0f64);
+        for panel in 0..self.panels.len() {
+            let run = &points[self.panel_range(panel)];
+            let low = run.iter().fold(Vec2::INFINITY, |l, p| l.min(*p));
+            let high = run.iter().fold(Vec2::NEG_INFINITY, |h, p| h.max(*p));
+            shifts.push(Vec2::new(width, 0.0) - low);
+            width += high.x - low.x + gap;
+            height = height.max(high.y - low.y);
+        }
+        let scale = 1.0 / width.max(height);
+        let mut uv = Vec::with_capacity(self.loose.face_count());
+        for (panel, range) in self.face_ranges().enumerate() {
+            for face in &self.loose.faces()[range] {
+                uv.push(face.map(|v| {
+                    let p = (points[v as usize] + shifts[panel]) * scale;
+                    [p.x as f32, p.y as f32]
+                }));
+            }
+        }
+        uv
+    }
+
     /// The faces of each panel.
     pub fn face_ranges(&self) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
         let mut start = 0;

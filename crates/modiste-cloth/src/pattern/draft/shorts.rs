@@ -88,7 +88,7 @@ pub fn draft_shorts(gender: Gender) -> GradedPattern {
     let mut pattern = GradedPattern {
         garment: "shorts".to_owned(),
         gender: gender.name().to_owned(),
-        material: "woven".to_owned(),
+        material: "twill".to_owned(),
         template_size: hips.iter().position(|&h| h > block.centre - 0.5 * STEP).unwrap_or(0),
         sizes,
         fit: FitRule::Lower,

@@ -1,0 +1,20 @@
+//! Dressing: a garment laid around a body, sewn, and left to hang; then the same on other bodies.
+
+mod band;
+mod carry;
+mod error;
+mod inspect;
+mod mannequin;
+mod place;
+mod settle;
+mod sew;
+mod tailor;
+
+pub use carry::Carrier;
+pub use error::DressError;
+pub use inspect::{DrapeQuality, inspect};
+pub use mannequin::Mannequin;
+pub use place::{place, thin_body};
+pub use settle::SettleOptions;
+pub use sew::{SEAM_TOLERANCE, Sewn, sew};
+pub use tailor::{Dressed, SewnGarment, Tailor, TailorOptions, dress};
