@@ -15,6 +15,6 @@ pub use error::DressError;
 pub use inspect::{DrapeQuality, inspect};
 pub use mannequin::Mannequin;
 pub use place::{place, thin_body};
-pub use settle::SettleOptions;
+pub use settle::{SettleOptions, Stage};
 pub use sew::{SEAM_TOLERANCE, Sewn, sew};
 pub use tailor::{Dressed, SewnGarment, Tailor, TailorOptions, dress};

@@ -3,20 +3,36 @@
 use crate::dress::DressError;
 use crate::{BodyCollider, ClothModel, ClothState, Solver, SolverOptions};
 
-/// How cloth is brought to rest: gravity acts, and drag first swallows all motion, then lets the cloth find its place.
+/// How cloth is brought to rest under gravity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SettleOptions {
     /// Time of a frame (s).
     pub frame_time: f64,
-    /// Stages of frames and the drag (kg/(m² s)) in each.
-    pub stages: Vec<(usize, f64)>,
+    /// What happens, in order.
+    pub stages: Vec<Stage>,
     /// Settling ends early in the last stage where no vertex is faster than this (m/s).
     pub rest_speed: f64,
 }
 
+/// A run of frames with settings of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stage {
+    /// Number of frames.
+    pub frames: usize,
+    /// Drag (kg/(m² s)): much of it swallows swinging, little lets the cloth find its place.
+    pub drag: f64,
+    /// Share of the body's friction: with little the drape does not remember how it got there.
+    pub friction: f64,
+}
+
 impl Default for SettleOptions {
     fn default() -> Self {
-        Self { frame_time: 1.0 / 30.0, stages: vec![(15, 4.0), (30, 0.8), (30, 2.5)], rest_speed: 0.004 }
+        let stages = vec![
+            Stage { frames: 25, drag: 1.5, friction: 0.1 },
+            Stage { frames: 30, drag: 0.5, friction: 0.1 },
+            Stage { frames: 20, drag: 1.5, friction: 1.0 },
+        ];
+        Self { frame_time: 1.0 / 30.0, stages, rest_speed: 0.004 }
     }
 }
 
@@ -31,14 +47,20 @@ impl SettleOptions {
     ) -> Result<f64, DressError> {
         let mut solver = Solver::new(model, options);
         let mut speed = 0.0;
-        for (index, &(frames, drag)) in self.stages.iter().enumerate() {
-            solver.set_options(SolverOptions { air_drag: drag, ..options });
-            for _ in 0..frames {
+        for (index, stage) in self.stages.iter().enumerate() {
+            solver.set_options(SolverOptions {
+                air_drag: stage.drag,
+                friction: stage.friction * options.friction,
+                static_friction: stage.friction * options.static_friction,
+                ..options
+            });
+            for _ in 0..stage.frames {
                 speed = solver.step(model, state, body, self.frame_time)?.max_speed;
                 if index + 1 == self.stages.len() && speed < self.rest_speed {
                     return Ok(speed);
                 }
             }
+            if std::env::var_os("MODISTE_TRACE").is_some() { eprintln!("stage {index}: {speed:.4} m/s"); }
         }
         Ok(speed)
     }

@@ -8,7 +8,7 @@ use modiste_core::{Topology, Vec2, Vec3};
 use super::band;
 use super::carry::Carrier;
 use super::inspect::{DrapeQuality, inspect};
-use super::settle::SettleOptions;
+use super::settle::{SettleOptions, Stage};
 use super::sew::sew;
 use super::{DressError, Mannequin};
 use crate::cut::CutGarment;
@@ -30,8 +30,19 @@ pub struct TailorOptions {
 
 impl Default for TailorOptions {
     fn default() -> Self {
-        let first = SettleOptions { stages: vec![(20, 4.0), (60, 0.6), (40, 2.5)], ..SettleOptions::default() };
-        Self { vertex_count: 4500, solver: SolverOptions::default(), first_settle: first, settle: SettleOptions::default() }
+        let stages = vec![
+            Stage { frames: 30, drag: 1.5, friction: 0.05 },
+            Stage { frames: 60, drag: 0.4, friction: 0.05 },
+            Stage { frames: 30, drag: 1.5, friction: 1.0 },
+        ];
+        // Nearer, the points of the body show through between the vertices of the cloth.
+        let solver = SolverOptions { thickness: 0.0035, ..SolverOptions::default() };
+        Self {
+            vertex_count: 4500,
+            solver,
+            first_settle: SettleOptions { stages, ..SettleOptions::default() },
+            settle: SettleOptions::default(),
+        }
     }
 }
 
