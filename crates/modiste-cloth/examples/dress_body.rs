@@ -20,7 +20,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let shape = |text: &str| text.split(',').map(str::parse).collect::<Result<Vec<f64>, _>>();
     let pattern = builtin(garment, model.gender()).ok_or("no such garment")??;
     let vertex_count = std::env::var("VERTICES").map_or(Ok(4500), |v| v.parse())?;
-    let tailor = Tailor::new(Arc::new(pattern), TailorOptions { vertex_count, ..TailorOptions::default() })?;
+    let mut options = TailorOptions { vertex_count, ..TailorOptions::default() };
+    if let Ok(v) = std::env::var("ITER") { options.solver.max_iterations = v.parse()?; }
+    if let Ok(v) = std::env::var("SUB") { options.solver.substeps = v.parse()?; }
+    if let Ok(v) = std::env::var("CONTACT") { options.solver.contact_stiffness = v.parse()?; }
+    if let Ok(v) = std::env::var("TOL") { options.solver.tolerance = v.parse()?; }
+    if let Ok(v) = std::env::var("THICK") { options.solver.thickness = v.parse()?; }
+    if let Ok(v) = std::env::var("DAMP") { options.solver.damping = v.parse()?; }
+    let tailor = Tailor::new(Arc::new(pattern), options)?;
     let mean = Mannequin::from(&model.body(&[])?);
     eprintln!("{} vertices, girths {:?}", tailor.cut().topology().vertex_count(), mean.girths());
     let clock = Instant::now();

@@ -7,6 +7,7 @@
 pub mod cut;
 pub mod dress;
 pub mod pattern;
+pub mod training_set;
 
 // Physics.
 mod contact;

@@ -60,7 +60,21 @@ pub struct CutGarment {
     quality: Vec<AlignQuality>,
     face_parts: Vec<Part>,
     waist_band: Vec<[u32; 2]>,
+    ribs: Vec<RibEdge>,
     anchors: Vec<u32>,
+}
+
+/// One mesh edge with a knitted rib along it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RibEdge {
+    /// Its loose vertices.
+    pub loose: [u32; 2],
+    /// Its welded vertices.
+    pub vertices: [u32; 2],
+    /// Rest length over the length in the panel.
+    pub scale: f64,
+    /// Force at a stretch of one (N).
+    pub modulus: f64,
 }
 
 impl CutGarment {
@@ -92,6 +106,16 @@ impl CutGarment {
         let (welded_from_loose, sewn_count) = weld(loose_count, &seam_pairs);
         let sewn_faces = loose_faces.iter().map(|f| f.map(|v| welded_from_loose[v as usize])).collect();
         let welded = |v: &u32| welded_from_loose[*v as usize];
+        let mut ribs = Vec::new();
+        for rib in &pattern.ribs {
+            let run = edge(rib.edge);
+            ribs.extend(run.windows(2).map(|pair| RibEdge {
+                loose: [pair[0], pair[1]],
+                vertices: [welded(&pair[0]), welded(&pair[1])],
+                scale: rib.scale,
+                modulus: rib.modulus,
+            }));
+        }
         let band_edges = pattern.waist_band.iter().map(|&id| edge(id).iter().map(welded).collect::<Vec<u32>>());
         let waist_band = band_edges.flat_map(|run| run.windows(2).map(|w| [w[0], w[1]]).collect::<Vec<_>>()).collect();
         let mut anchors: Vec<u32> = Vec::new();
@@ -116,6 +140,7 @@ impl CutGarment {
             points,
             quality,
             waist_band,
+            ribs,
             anchors,
         })
     }
@@ -194,6 +219,11 @@ impl CutGarment {
     /// The edges of the waist band (welded vertices), empty where there is none.
     pub fn waist_band(&self) -> &[[u32; 2]] {
         &self.waist_band
+    }
+
+    /// The edges with a knitted rib along them.
+    pub fn ribs(&self) -> &[RibEdge] {
+        &self.ribs
     }
 
     /// The welded vertices that carry anchors.

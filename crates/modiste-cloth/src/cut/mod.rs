@@ -6,6 +6,6 @@ mod panel_mesh;
 mod propagate;
 
 pub use align::{AlignQuality, align_panel};
-pub use garment::{CutError, CutGarment};
+pub use garment::{CutError, CutGarment, RibEdge};
 pub use panel_mesh::{MIN_ANGLE_DEGREES, PanelMesh, mesh_panel};
 pub use propagate::propagate;

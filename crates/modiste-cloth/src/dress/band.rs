@@ -4,7 +4,7 @@ use modiste_core::{Vec2, Vec3};
 
 use super::Mannequin;
 use crate::cut::CutGarment;
-use crate::{Attachment, BodyCollider, BodyPoint};
+use crate::{Attachment, BodyCollider};
 
 /// The band sits this share of the stature below the waist (at the navel).
 const BELOW_WAIST: f64 = 0.017;
@@ -25,20 +25,52 @@ const ELASTIC_SHARE: f64 = 0.985;
 const BAND_DEPTH: f64 = 0.03;
 const GATHER_DEPTH: f64 = 0.11;
 
+/// Rounds of evening out the band around the body.
+const SPACING_ROUNDS: usize = 60;
+
 /// Holds of the waist band's vertices to the body at the height of the waist; empty where there is no band.
-pub(super) fn hold(cut: &CutGarment, positions: &[Vec3], body: &Mannequin, collider: &BodyCollider) -> Vec<Attachment> {
+///
+/// Along the band the holds are spaced as its cloth is, so that it is gathered evenly.
+pub(super) fn hold(cut: &CutGarment, size: usize, positions: &[Vec3], body: &Mannequin, collider: &BodyCollider) -> Vec<Attachment> {
+    let (ring, lengths) = ring(cut, size);
+    let count = ring.len();
     let height = body.waist_height() - BELOW_WAIST * body.stature();
-    let vertices = band_vertices(cut);
-    let middle = vertices.iter().map(|&v| positions[v as usize].z).sum::<f64>() / vertices.len().max(1) as f64;
-    vertices
-        .into_iter()
-        .filter_map(|vertex| {
-            let x = positions[vertex as usize];
-            let target = Vec3::new(x.x, height - TILT * (x.z - middle), x.z);
-            let (point, _) = collider.closest(target, 0.3)?;
-            Some(Attachment { vertex, point, offset: OFFSET, stiffness: STIFFNESS })
-        })
-        .collect()
+    let mut places: Vec<Vec3> = ring.iter().map(|&v| positions[v as usize]).collect();
+    let middle = places.iter().map(|p| p.z).sum::<f64>() / count.max(1) as f64;
+    let level = |p: Vec3| Vec3::new(p.x, height - TILT * (p.z - middle), p.z);
+    let surface = |p: Vec3| collider.closest(level(p), 0.3);
+    for _ in 0..SPACING_ROUNDS {
+        for i in 0..count {
+            let (before, after) = ((i + count - 1) % count, (i + 1) % count);
+            let share = lengths[before] / (lengths[before] + lengths[i]);
+            let even = places[before].lerp(places[after], share);
+            if let Some((point, _)) = surface(places[i].lerp(even, 0.5)) {
+                places[i] = level(body.surface_point(&point));
+            }
+        }
+    }
+    let hold = |(&vertex, &place): (&u32, &Vec3)| {
+        let (point, _) = surface(place)?;
+        Some(Attachment { vertex, point, offset: OFFSET, stiffness: STIFFNESS })
+    };
+    ring.iter().zip(&places).filter_map(hold).collect()
+}
+
+/// The band's vertices in order around the waist, and the rest length from each to the next (m).
+fn ring(cut: &CutGarment, size: usize) -> (Vec<u32>, Vec<f64>) {
+    let lengths = waist_edges(cut, size);
+    let mut links: Vec<([u32; 2], f64)> =
+        cut.waist_band().iter().zip(&lengths).map(|(&pair, (_, [a, b]))| (pair, a.distance(*b))).collect();
+    let (mut order, mut steps) = (Vec::new(), Vec::new());
+    let Some(&([first, _], _)) = links.first() else { return (order, steps) };
+    let mut at = first;
+    while let Some(index) = links.iter().position(|([a, b], _)| *a == at || *b == at) {
+        let ([a, b], length) = links.swap_remove(index);
+        order.push(at);
+        steps.push(length);
+        at = if a == at { b } else { a };
+    }
+    (order, steps)
 }
 
 /// The vertices of the band, ascending.
@@ -55,11 +87,7 @@ pub(super) fn gathered_rest_faces(cut: &CutGarment, size: usize, holds: &[Attach
     if holds.is_empty() {
         return rest;
     }
-    let surface = |point: &BodyPoint| -> Vec3 {
-        let corners = body.topology.faces()[point.face as usize].map(|v| body.vertices[v as usize]);
-        (0..3).map(|c| point.barycentric[c] * corners[c]).sum()
-    };
-    let place = |vertex: u32| holds.iter().find(|h| h.vertex == vertex).map(|h| surface(&h.point));
+    let place = |vertex: u32| holds.iter().find(|h| h.vertex == vertex).map(|h| body.surface_point(&h.point));
     let worn: f64 =
         cut.waist_band().iter().filter_map(|&[a, b]| Some(place(a)?.distance(place(b)?))).sum();
     let edges: Vec<(usize, [Vec2; 2])> = waist_edges(cut, size);

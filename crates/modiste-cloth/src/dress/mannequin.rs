@@ -5,6 +5,7 @@ use std::sync::Arc;
 use modiste_body::{Body, Part};
 use modiste_core::{Topology, Vec2, Vec3};
 
+use crate::BodyPoint;
 use crate::pattern::Girths;
 
 /// Height of the waist (at the navel) over stature: 0.602 for women, 0.601 for men in ANSUR II.
@@ -42,6 +43,12 @@ impl Mannequin {
     /// The joint of a part (m).
     pub fn joint(&self, part: Part) -> Vec3 {
         self.joints[part.index()]
+    }
+
+    /// The place (m) of a point of the surface.
+    pub fn surface_point(&self, point: &BodyPoint) -> Vec3 {
+        let corners = self.topology.faces()[point.face as usize].map(|v| self.vertices[v as usize]);
+        (0..3).map(|c| point.barycentric[c] * corners[c]).sum()
     }
 
     /// Height of the top of the head over the floor (m).

@@ -23,14 +23,16 @@ pub struct Stage {
     pub drag: f64,
     /// Share of the body's friction: with little the drape does not remember how it got there.
     pub friction: f64,
+    /// Factor on the damping times of the fabric: at rest the same shape, reached without ringing.
+    pub damping: f64,
 }
 
 impl Default for SettleOptions {
     fn default() -> Self {
         let stages = vec![
-            Stage { frames: 25, drag: 1.5, friction: 0.1 },
-            Stage { frames: 30, drag: 0.5, friction: 0.1 },
-            Stage { frames: 20, drag: 1.5, friction: 1.0 },
+            Stage { frames: 25, drag: 1.5, friction: 0.1, damping: 30.0 },
+            Stage { frames: 30, drag: 0.5, friction: 0.1, damping: 30.0 },
+            Stage { frames: 20, drag: 1.5, friction: 1.0, damping: 30.0 },
         ];
         Self { frame_time: 1.0 / 30.0, stages, rest_speed: 0.004 }
     }
@@ -50,6 +52,7 @@ impl SettleOptions {
         for (index, stage) in self.stages.iter().enumerate() {
             solver.set_options(SolverOptions {
                 air_drag: stage.drag,
+                damping: stage.damping * options.damping,
                 friction: stage.friction * options.friction,
                 static_friction: stage.friction * options.static_friction,
                 ..options
@@ -60,7 +63,6 @@ impl SettleOptions {
                     return Ok(speed);
                 }
             }
-            if std::env::var_os("MODISTE_TRACE").is_some() { eprintln!("stage {index}: {speed:.4} m/s"); }
         }
         Ok(speed)
     }

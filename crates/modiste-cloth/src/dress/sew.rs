@@ -27,6 +27,9 @@ const GROWING_FRAMES: usize = 30;
 /// Drag while sewing (kg/(m² s)): nothing swings.
 const DRAG: f64 = 3.0;
 
+/// Factor on the damping times of the fabric while sewing.
+const DAMPING: f64 = 30.0;
+
 const FRAME_TIME: f64 = 1.0 / 30.0;
 
 /// A garment that is sewn and hangs weightless around the full body.
@@ -47,7 +50,14 @@ pub struct Sewn {
 /// Seams that do not close to [`SEAM_TOLERANCE`], or what the physics refuses.
 pub fn sew(cut: &CutGarment, size: usize, body: &Mannequin, fabric: &Fabric, solver: SolverOptions) -> Result<Sewn, DressError> {
     let thin = thin_body(body, THIN_SHARE);
-    let options = SolverOptions { gravity: [0.0; 3], air_drag: DRAG, friction: 0.05, static_friction: 0.05, ..solver };
+    let options = SolverOptions {
+        gravity: [0.0; 3],
+        air_drag: DRAG,
+        friction: 0.05,
+        static_friction: 0.05,
+        damping: DAMPING,
+        ..solver
+    };
     let (loose, widest_seam, frames) = close_seams(cut, size, body, &thin, fabric, options)?;
     let mut sums = vec![(Vec3::ZERO, 0.0); cut.topology().vertex_count()];
     for (position, &welded) in loose.iter().zip(cut.welded_from_loose()) {

@@ -13,7 +13,7 @@ use super::sew::sew;
 use super::{DressError, Mannequin};
 use crate::cut::CutGarment;
 use crate::pattern::GradedPattern;
-use crate::{Attachment, BodyCollider, ClothModel, ClothState, Fabric, SolverOptions};
+use crate::{Attachment, BodyCollider, ClothModel, ClothState, ElasticEdge, Fabric, SolverOptions};
 
 /// How bodies are dressed.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,12 +31,12 @@ pub struct TailorOptions {
 impl Default for TailorOptions {
     fn default() -> Self {
         let stages = vec![
-            Stage { frames: 30, drag: 1.5, friction: 0.05 },
-            Stage { frames: 60, drag: 0.4, friction: 0.05 },
-            Stage { frames: 30, drag: 1.5, friction: 1.0 },
+            Stage { frames: 30, drag: 1.5, friction: 0.05, damping: 30.0 },
+            Stage { frames: 60, drag: 0.4, friction: 0.05, damping: 30.0 },
+            Stage { frames: 30, drag: 1.5, friction: 1.0, damping: 30.0 },
         ];
         // Nearer, the points of the body show through between the vertices of the cloth.
-        let solver = SolverOptions { thickness: 0.0035, ..SolverOptions::default() };
+        let solver = SolverOptions { thickness: 0.004, max_iterations: 250, ..SolverOptions::default() };
         Self {
             vertex_count: 4500,
             solver,
@@ -124,7 +124,7 @@ impl Tailor {
         let size = self.cut.pattern().choose_size(&body.girths());
         let sewn = sew(&self.cut, size, body, &self.fabric, self.options.solver)?;
         let collider = BodyCollider::new(Arc::clone(&body.topology), &body.vertices)?;
-        let holds = band::hold(&self.cut, &sewn.positions, body, &collider);
+        let holds = band::hold(&self.cut, size, &sewn.positions, body, &collider);
         let mut dressed = self.settle(size, sewn.positions, holds, body, &self.options.first_settle)?;
         dressed.widest_seam = sewn.widest_seam;
         Ok(dressed)
@@ -175,6 +175,13 @@ impl Tailor {
         let rest = band::gathered_rest_faces(&self.cut, size, &holds, body);
         let mut model = ClothModel::new(Arc::clone(self.cut.topology()), rest, &self.fabric)?;
         model.attachments = holds;
+        let points = self.cut.points(size);
+        for rib in self.cut.ribs() {
+            let [a, b] = rib.loose.map(|v| points[v as usize]);
+            let rest_length = rib.scale * a.distance(b);
+            let stiffness = rib.modulus / rest_length;
+            model.elastic_edges.push(ElasticEdge { vertices: rib.vertices, rest_length, stiffness });
+        }
         let mut state = ClothState::at_rest(start);
         let mut collider = BodyCollider::new(Arc::clone(&body.topology), &body.vertices)?;
         let speed = settle.run(&model, &mut state, &mut collider, self.options.solver)?;

@@ -3,13 +3,15 @@
 //! The `pattern` and `properties` members are GarmentCode's, holding the template size, so its tools read our files;
 //! the `modiste` member adds the grading: for each panel the vertices and curves in every size.
 
-use std::collections::BTreeMap;
-
 use modiste_body::Part;
 use modiste_core::Vec2;
+use modiste_io::IoError;
+use modiste_io::pattern as garmentcode;
+use modiste_io::pattern::{Curvature, EdgeName, PatternSpec};
 use serde::{Deserialize, Serialize};
+use serde_json::Map;
 
-use super::{Anchors, Curve, EdgeId, FitRule, GradedPattern, LowerPart, Outline, Panel, PatternFault, Size, Stitch, Wrap};
+use super::{Anchors, Curve, EdgeId, FitRule, GradedPattern, LowerPart, Outline, Panel, PatternFault, Rib, Size, Stitch, Wrap};
 
 /// Version of the `modiste` member.
 const SCHEMA: &str = "modiste-pattern-1";
@@ -20,14 +22,9 @@ const DECIMALS: f64 = 1e6;
 /// Why a pattern file was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum PatternError {
-    /// Not JSON, or without the members of a pattern.
-    #[error("{name}: not a sewing pattern: {source}")]
-    Json {
-        /// Name of the pattern or file.
-        name: String,
-        /// What the parser met.
-        source: serde_json::Error,
-    },
+    /// Not a pattern file.
+    #[error(transparent)]
+    File(#[from] IoError),
     /// A member holds what it must not.
     #[error("{name}: {field} should be {wanted}, found {found}")]
     Field {
@@ -50,81 +47,7 @@ pub enum PatternError {
     },
 }
 
-#[derive(Debug, Serialize, Deserialize)]
-struct File {
-    pattern: Garment,
-    properties: Properties,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    modiste: Option<Extension>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct Garment {
-    panels: BTreeMap<String, FlatPanel>,
-    stitches: Vec<[EdgeName; 2]>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct FlatPanel {
-    translation: [f64; 3],
-    rotation: [f64; 3],
-    vertices: Vec<[f64; 2]>,
-    edges: Vec<FlatEdge>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct FlatEdge {
-    endpoints: [usize; 2],
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    curvature: Option<Curvature>,
-    #[serde(default, skip_serializing_if = "String::is_empty")]
-    label: String,
-}
-
-/// A bare pair is the older way to write a quadratic.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-#[serde(untagged)]
-enum Curvature {
-    Pair([f64; 2]),
-    Quadratic { r#type: QuadraticTag, params: [[f64; 2]; 1] },
-    Cubic { r#type: CubicTag, params: [[f64; 2]; 2] },
-    Circle { r#type: CircleTag, params: [f64; 3] },
-}
-
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum QuadraticTag {
-    Quadratic,
-}
-
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum CubicTag {
-    Cubic,
-}
-
-#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum CircleTag {
-    Circle,
-}
-
-#[derive(Debug, Clone, Serialize, Deserialize)]
-struct EdgeName {
-    panel: String,
-    edge: usize,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct Properties {
-    curvature_coords: String,
-    units_in_meter: f64,
-    #[serde(default)]
-    normalize_panel_translation: bool,
-    #[serde(default)]
-    normalized_edge_loops: bool,
-}
-
+/// Our member.
 #[derive(Debug, Serialize, Deserialize)]
 struct Extension {
     schema: String,
@@ -137,6 +60,7 @@ struct Extension {
     sizes: Vec<Size>,
     panels: Vec<GradedPanel>,
     waist_band: Vec<EdgeName>,
+    ribs: Vec<RibName>,
     anchors: Vec<AnchorName>,
 }
 
@@ -158,6 +82,14 @@ struct Grade {
 }
 
 #[derive(Debug, Serialize, Deserialize)]
+struct RibName {
+    panel: String,
+    edge: usize,
+    scale: f64,
+    modulus: f64,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
 struct AnchorName {
     panel: String,
     edge: usize,
@@ -172,16 +104,13 @@ impl GradedPattern {
     /// # Errors
     /// [`PatternError`] with the member at fault.
     pub fn from_json(name: &str, text: &str) -> Result<Self, PatternError> {
-        let file: File =
-            serde_json::from_str(text).map_err(|source| PatternError::Json { name: name.to_owned(), source })?;
+        let file = garmentcode::parse(text.as_bytes(), name)?;
+        let extension: Extension = file.member("modiste", name)?;
         let field = |field: &str, wanted: &str, found: &str| PatternError::Field {
             name: name.to_owned(),
             field: field.to_owned(),
             wanted: wanted.to_owned(),
             found: found.to_owned(),
-        };
-        let Some(extension) = file.modiste else {
-            return Err(field("modiste", "the grading of the panels", "nothing"));
         };
         if extension.schema != SCHEMA {
             return Err(field("modiste.schema", SCHEMA, &extension.schema));
@@ -190,9 +119,6 @@ impl GradedPattern {
             return Err(field("properties.curvature_coords", "relative", &file.properties.curvature_coords));
         }
         let units = file.properties.units_in_meter;
-        if !(units.is_finite() && units > 0.0) {
-            return Err(field("properties.units_in_meter", "a positive number", &units.to_string()));
-        }
         if extension.template_size >= extension.sizes.len() {
             let wanted = format!("below {}", extension.sizes.len());
             return Err(field("modiste.template_size", &wanted, &extension.template_size.to_string()));
@@ -210,10 +136,15 @@ impl GradedPattern {
             panels.push(panel_from(flat, graded, units));
         }
         let mut stitches = Vec::with_capacity(file.pattern.stitches.len());
-        for [a, b] in &file.pattern.stitches {
+        for garmentcode::Stitch { sides: [a, b], .. } in &file.pattern.stitches {
             stitches.push(Stitch { sides: [edge_id(&a.panel, a.edge)?, edge_id(&b.panel, b.edge)?] });
         }
         let waist_band = extension.waist_band.iter().map(|e| edge_id(&e.panel, e.edge)).collect::<Result<_, _>>()?;
+        let ribs = extension
+            .ribs
+            .iter()
+            .map(|r| Ok(Rib { edge: edge_id(&r.panel, r.edge)?, scale: r.scale, modulus: r.modulus }))
+            .collect::<Result<_, PatternError>>()?;
         let anchors = extension
             .anchors
             .iter()
@@ -229,6 +160,7 @@ impl GradedPattern {
             panels,
             stitches,
             waist_band,
+            ribs,
             anchors,
         };
         match pattern.check() {
@@ -248,18 +180,7 @@ impl GradedPattern {
             vertices: outline.vertices.iter().map(|v| [rounded(v.x * units), rounded(v.y * units)]).collect(),
             curvature: outline.curves.iter().map(|c| curvature_of(*c, units)).collect(),
         };
-        let file = File {
-            pattern: Garment {
-                panels: self.panels.iter().map(|p| (p.name.clone(), self.flat_panel(p, units))).collect(),
-                stitches: self.stitches.iter().map(|s| s.sides.map(edge_name)).collect(),
-            },
-            properties: Properties {
-                curvature_coords: "relative".to_owned(),
-                units_in_meter: units,
-                normalize_panel_translation: false,
-                normalized_edge_loops: true,
-            },
-            modiste: Some(Extension {
+        let extension = Extension {
                 schema: SCHEMA.to_owned(),
                 garment: self.garment.clone(),
                 gender: self.gender.clone(),
@@ -280,6 +201,14 @@ impl GradedPattern {
                     })
                     .collect(),
                 waist_band: self.waist_band.iter().map(|&id| edge_name(id)).collect(),
+                ribs: self
+                    .ribs
+                    .iter()
+                    .map(|r| {
+                        let EdgeName { panel, edge } = edge_name(r.edge);
+                        RibName { panel, edge, scale: r.scale, modulus: r.modulus }
+                    })
+                    .collect(),
                 anchors: self
                     .anchors
                     .iter()
@@ -288,28 +217,48 @@ impl GradedPattern {
                         AnchorName { panel, edge, count: a.count }
                     })
                     .collect(),
-            }),
         };
-        match serde_json::to_string_pretty(&file) {
+        let spec = |extension| PatternSpec {
+            pattern: garmentcode::Garment {
+                panels: self.panels.iter().map(|p| (p.name.clone(), self.flat_panel(p, units))).collect(),
+                stitches: self
+                    .stitches
+                    .iter()
+                    .map(|s| garmentcode::Stitch { sides: s.sides.map(edge_name), faces: None })
+                    .collect(),
+                other: Map::new(),
+            },
+            properties: garmentcode::Properties {
+                units_in_meter: units,
+                curvature_coords: "relative".to_owned(),
+                other: Map::new(),
+            },
+            other: Map::from_iter([("modiste".to_owned(), extension)]),
+        };
+        let text = serde_json::to_value(&extension).and_then(|extension| serde_json::to_string_pretty(&spec(extension)));
+        match text {
             Ok(text) => number_rows_on_one_line(&text),
             Err(error) => unreachable!("plain data serialises: {error}"),
         }
     }
 
-    fn flat_panel(&self, panel: &Panel, units: f64) -> FlatPanel {
+    fn flat_panel(&self, panel: &Panel, units: f64) -> garmentcode::Panel {
         let outline = &panel.outlines[self.template_size];
         let count = outline.vertices.len();
-        FlatPanel {
+        garmentcode::Panel {
             translation: flat_translation(panel.wrap).map(|t| t * units),
             rotation: [0.0; 3],
             vertices: outline.vertices.iter().map(|v| [rounded(v.x * units), rounded(v.y * units)]).collect(),
             edges: (0..count)
-                .map(|edge| FlatEdge {
+                .map(|edge| garmentcode::Edge {
                     endpoints: [edge, (edge + 1) % count],
                     curvature: curvature_of(outline.curves[edge], units),
-                    label: panel.edge_labels[edge].clone(),
+                    label: Some(panel.edge_labels[edge].clone()),
+                    other: Map::new(),
                 })
                 .collect(),
+            label: Some(panel.part.name().to_owned()),
+            other: Map::new(),
         }
     }
 }
@@ -328,7 +277,7 @@ fn flat_translation(wrap: Wrap) -> [f64; 3] {
     }
 }
 
-fn panel_from(flat: &FlatPanel, graded: GradedPanel, units: f64) -> Panel {
+fn panel_from(flat: &garmentcode::Panel, graded: GradedPanel, units: f64) -> Panel {
     let outlines = graded
         .grading
         .iter()
@@ -339,7 +288,7 @@ fn panel_from(flat: &FlatPanel, graded: GradedPanel, units: f64) -> Panel {
         .collect();
     Panel {
         name: graded.name,
-        edge_labels: flat.edges.iter().map(|e| e.label.clone()).collect(),
+        edge_labels: flat.edges.iter().map(|e| e.label.clone().unwrap_or_default()).collect(),
         outlines,
         wrap: graded.wrap,
         part: graded.part,
@@ -351,9 +300,9 @@ fn curve_from(curvature: Option<&Curvature>, units: f64) -> Curve {
     let point = |[x, y]: [f64; 2]| Vec2::new(x, y);
     match curvature {
         None => Curve::Line,
-        Some(Curvature::Pair(c) | Curvature::Quadratic { params: [c], .. }) => Curve::Quadratic(point(*c)),
-        Some(Curvature::Cubic { params: [c1, c2], .. }) => Curve::Cubic(point(*c1), point(*c2)),
-        Some(Curvature::Circle { params: [radius, large, counter_clockwise], .. }) => {
+        Some(Curvature::Point(c) | Curvature::Curve(garmentcode::Curve::Quadratic([c]))) => Curve::Quadratic(point(*c)),
+        Some(Curvature::Curve(garmentcode::Curve::Cubic([c1, c2]))) => Curve::Cubic(point(*c1), point(*c2)),
+        Some(Curvature::Curve(garmentcode::Curve::Circle([radius, large, counter_clockwise]))) => {
             Curve::Arc { radius: radius / units, large: *large > 0.5, counter_clockwise: *counter_clockwise > 0.5 }
         }
     }
@@ -361,15 +310,15 @@ fn curve_from(curvature: Option<&Curvature>, units: f64) -> Curve {
 
 fn curvature_of(curve: Curve, units: f64) -> Option<Curvature> {
     let pair = |v: Vec2| [rounded(v.x), rounded(v.y)];
-    match curve {
-        Curve::Line => None,
-        Curve::Quadratic(c) => Some(Curvature::Quadratic { r#type: QuadraticTag::Quadratic, params: [pair(c)] }),
-        Curve::Cubic(c1, c2) => Some(Curvature::Cubic { r#type: CubicTag::Cubic, params: [pair(c1), pair(c2)] }),
-        Curve::Arc { radius, large, counter_clockwise } => Some(Curvature::Circle {
-            r#type: CircleTag::Circle,
-            params: [rounded(radius * units), f64::from(u8::from(large)), f64::from(u8::from(counter_clockwise))],
-        }),
-    }
+    let flag = |set: bool| f64::from(u8::from(set));
+    Some(Curvature::Curve(match curve {
+        Curve::Line => return None,
+        Curve::Quadratic(c) => garmentcode::Curve::Quadratic([pair(c)]),
+        Curve::Cubic(c1, c2) => garmentcode::Curve::Cubic([pair(c1), pair(c2)]),
+        Curve::Arc { radius, large, counter_clockwise } => {
+            garmentcode::Curve::Circle([rounded(radius * units), flag(large), flag(counter_clockwise)])
+        }
+    }))
 }
 
 fn rounded_size(size: &Size) -> Size {
@@ -430,7 +379,7 @@ mod tests {
     fn damaged_files_are_named() {
         let text = draft_shorts(Gender::Female).to_json();
         let broken = GradedPattern::from_json("x", &text[..text.len() / 2]).unwrap_err();
-        assert!(matches!(broken, PatternError::Json { .. }));
+        assert!(matches!(broken, PatternError::File(_)));
         let other = text.replace("modiste-pattern-1", "modiste-pattern-9");
         let message = GradedPattern::from_json("x", &other).unwrap_err().to_string();
         assert!(message.contains("modiste.schema") && message.contains("modiste-pattern-9"), "{message}");

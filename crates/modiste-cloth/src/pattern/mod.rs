@@ -37,6 +37,8 @@ pub struct GradedPattern {
     pub stitches: Vec<Stitch>,
     /// Edges that make the elastic waist band; empty where there is none.
     pub waist_band: Vec<EdgeId>,
+    /// Edges with an elastic rib along them.
+    pub ribs: Vec<Rib>,
     /// Edges that carry anchor points, and how many each.
     pub anchors: Vec<Anchors>,
 }
@@ -142,6 +144,17 @@ pub struct EdgeId {
 pub struct Stitch {
     /// The two sides of the seam.
     pub sides: [EdgeId; 2],
+}
+
+/// A knitted rib along an edge, such as a neckband: shorter than the edge, so it lies flat.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rib {
+    /// The edge.
+    pub edge: EdgeId,
+    /// Rest length over the length of the edge.
+    pub scale: f64,
+    /// Force at a stretch of one (N).
+    pub modulus: f64,
 }
 
 /// Anchor points spread evenly over an edge.

@@ -35,7 +35,7 @@ const WOMEN: Block = Block {
     waist: Trend { mean: 0.861, slope: 1.057 },
     rise: Trend { mean: 0.225, slope: 0.080 },
     inseam: Trend { mean: 0.165, slope: 0.040 },
-    hip_ease: 0.080,
+    hip_ease: 0.060,
     front_fork: 0.050,
     back_fork: 0.108,
 };
@@ -48,7 +48,7 @@ const MEN: Block = Block {
     waist: Trend { mean: 0.941, slope: 1.276 },
     rise: Trend { mean: 0.230, slope: 0.090 },
     inseam: Trend { mean: 0.200, slope: 0.040 },
-    hip_ease: 0.090,
+    hip_ease: 0.070,
     front_fork: 0.055,
     back_fork: 0.105,
 };
@@ -100,6 +100,7 @@ pub fn draft_shorts(gender: Gender) -> GradedPattern {
         ],
         stitches: Vec::new(),
         waist_band: Vec::new(),
+        ribs: Vec::new(),
         anchors: Vec::new(),
     };
     stitch(
@@ -138,7 +139,7 @@ fn draft_size(block: &Block, hip: f64) -> [(Outline, Vec<String>); 2] {
     let inseam = block.inseam.at(offset);
     let (front_fork, back_fork) = (block.front_fork * hip, block.back_fork * hip);
     // Of what the waist is narrower than the hip, the centre front and back take a little and the side seams the rest.
-    let (centre_front, centre_back) = (0.006, 0.022);
+    let (centre_front, centre_back) = (0.012, 0.034);
     let side = 0.5 * (front + back - centre_front - centre_back - 0.5 * band);
     let back_raise = 0.032;
     let hip_line = 0.30 * rise;

@@ -3,7 +3,7 @@
 use modiste_body::{Gender, Part};
 use modiste_core::Vec2;
 
-use super::super::{Anchors, Curve, FitRule, GradedPattern, Outline, Panel, Size, Wrap};
+use super::super::{Anchors, Curve, FitRule, GradedPattern, Outline, Panel, Rib, Size, Wrap};
 use super::{Pen, Trend, edge_named, increasing_root, mirrored, mirrored_labels, stitch};
 
 /// What differs between the women's and the men's block. Lengths in metres; trends are on the chest girth.
@@ -142,6 +142,7 @@ pub fn draft_tshirt(gender: Gender) -> GradedPattern {
         ],
         stitches: Vec::new(),
         waist_band: Vec::new(),
+        ribs: Vec::new(),
         anchors: Vec::new(),
     };
     stitch(
@@ -162,6 +163,10 @@ pub fn draft_tshirt(gender: Gender) -> GradedPattern {
     for edge in ["front:shoulder_left", "front:shoulder_right"] {
         let edge = edge_named(&pattern, edge);
         pattern.anchors.push(Anchors { edge, count: 10 });
+    }
+    for edge in ["front:neck_left", "front:neck_right", "back:neck_left", "back:neck_right"] {
+        let edge = edge_named(&pattern, edge);
+        pattern.ribs.push(Rib { edge, scale: 0.94, modulus: 40.0 });
     }
     pattern
 }
