@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use modiste_body::{Body, BodyError, Motion, motion::generate, motion::retarget};
+use modiste_body::motion::{RetargetOptions, generate, retarget};
+use modiste_body::{Body, BodyError, Motion};
 use modiste_core::Progress;
 use modiste_io::bvh;
 
@@ -108,7 +109,7 @@ fn clips(body: &Body, folder: &Path, windows: &[Window], progress: &dyn Progress
             progress.warn(&format!("{} is not there and is left out", path.display()));
             continue;
         }
-        let motion = retarget::retarget(&bvh::read(&path)?, body, &retarget::RetargetOptions::default(), progress)?;
+        let motion = retarget(&bvh::read(&path)?, body, &RetargetOptions::default(), progress)?;
         let frame = |seconds: f64| ((seconds * motion.fps).round() as usize).min(motion.frames.len());
         let motion = motion.slice(frame(window.first)..frame(window.first + window.seconds));
         sequences.push(Sequence { name: window.clip.to_owned(), motion });
