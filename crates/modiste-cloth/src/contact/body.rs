@@ -24,16 +24,22 @@ const MIN_GAP_SHARE: f64 = 0.25;
 /// Stiffness of sticking over that of repulsion.
 const STICK_SHARE: f64 = 0.5;
 
-/// Distance (m) beyond reach within a frame at which vertices are still followed.
-const REACH: f64 = 0.02;
+/// Distance (m) from the body at which vertices are still followed: farther than cloth gets within a frame.
+const REACH: f64 = 0.3;
+
+/// Depth (m) below the plane of contact from which a vertex is first brought back to that plane: the nearest place of the
+/// surface might be on the far side of a limb.
+const DEEP: f64 = 0.004;
 
 /// Closest places farther away than this (m) are not refreshed in every substep.
-const REFRESH: f64 = 0.015;
+const REFRESH: f64 = 0.006;
 
 /// The contact of every cloth vertex with the body, kept from step to step.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BodyContacts {
     contacts: Vec<Option<VertexContact>>,
+    /// Planes of the substep under way.
+    planes: Vec<Option<Plane>>,
     /// Vertices that the last projection moved.
     pub(crate) projected: usize,
     /// Deepest distance below the surface that the last projection found (m).
@@ -91,23 +97,21 @@ impl VertexContact {
 }
 
 impl BodyContacts {
-    /// Finds the closest place of every vertex anew, at the start of a frame that will last `dt`.
+    /// Finds the closest place of every vertex anew, at the start of a frame.
     pub(crate) fn search(
         &mut self,
         body: &BodyCollider,
         groups: Option<&CollisionGroups>,
-        (x, v): (&[Vec3], &[Vec3]),
-        dt: f64,
+        x: &[Vec3],
     ) {
         self.contacts.resize(x.len(), None);
-        let reach = REACH + body.largest_move();
+        self.planes.resize(x.len(), None);
         for (vertex, slot) in self.contacts.iter_mut().enumerate() {
             let mask = groups.map_or(EVERYWHERE, |groups| groups.home(vertex));
             let known = slot.take();
             let near = known.map(|contact| body.walk(x[vertex], contact.point.face));
-            let range = reach + v[vertex].length() * dt;
-            let bound = near.map_or(range, |touch| range.min(touch.distance.abs()));
-            let touch = body.search(x[vertex], bound, mask).or(near.filter(|touch| touch.distance.abs() <= range));
+            let bound = near.map_or(REACH, |touch| REACH.min(touch.distance.abs()));
+            let touch = body.search(x[vertex], bound, mask).or(near.filter(|touch| touch.distance.abs() <= REACH));
             *slot = touch.map(|touch| {
                 let frame = body.face_frame(touch.point.face);
                 let (stick, force, slipping) = known.map_or((Vec3::ZERO, 0.0, false), |contact| {
@@ -124,7 +128,7 @@ impl BodyContacts {
     /// stiffness is lowered so that its force at the predicted place is at most the coefficient times the last repulsion.
     #[inline]
     pub(crate) fn force(
-        &self,
+        &mut self,
         vertex: usize,
         body: &BodyCollider,
         law: &ContactLaw,
@@ -132,7 +136,13 @@ impl BodyContacts {
         (start, predicted): (Vec3, Vec3),
     ) -> Option<ContactForce> {
         let contact = self.contacts[vertex].as_ref()?;
+        // What is farther than it can go stays without a plane.
+        if contact.distance > REFRESH + 2.0 * predicted.distance(start) + body.fastest() {
+            self.planes[vertex] = None;
+            return None;
+        }
         let plane = contact.plane(body);
+        self.planes[vertex] = Some(plane);
         let gap = plane.normal.dot(predicted - plane.place);
         if gap >= law.thickness {
             return None;
@@ -162,7 +172,11 @@ impl BodyContacts {
         self.deepest = 0.0;
         for (vertex, slot) in self.contacts.iter_mut().enumerate() {
             let Some(contact) = slot else { continue };
-            let plane = contact.plane(body);
+            let Some(plane) = self.planes[vertex] else {
+                contact.distance -= x[vertex].distance(start[vertex]) + body.fastest();
+                contact.force = 0.0;
+                continue;
+            };
             let moved = x[vertex] - start[vertex] - plane.carried;
             contact.distance -= moved.length();
             if contact.distance > REFRESH {
@@ -178,6 +192,9 @@ impl BodyContacts {
             let slipping = hold > friction * force;
             if slipping {
                 stick *= law.sliding_friction * force / hold;
+            }
+            if gap < -DEEP {
+                x[vertex] -= plane.normal * gap;
             }
             let touch = body.walk(x[vertex], contact.point.face);
             let frame = body.face_frame(touch.point.face);

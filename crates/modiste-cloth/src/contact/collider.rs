@@ -33,6 +33,7 @@ pub struct BodyCollider {
     end: Vec<Vec3>,
     now: Vec<Vec3>,
     before: Vec<Vec3>,
+    fastest: f64,
 }
 
 impl BodyCollider {
@@ -52,6 +53,7 @@ impl BodyCollider {
             end: start.to_vec(),
             now: start.to_vec(),
             before: start.to_vec(),
+            fastest: 0.0,
             topology,
         })
     }
@@ -69,6 +71,7 @@ impl BodyCollider {
             end: Vec::new(),
             now: Vec::new(),
             before: Vec::new(),
+            fastest: 0.0,
         }
     }
 
@@ -123,18 +126,19 @@ impl BodyCollider {
         Some((touch.point, touch.distance))
     }
 
-    /// How far the fastest vertex goes within the frame (m).
-    pub(crate) fn largest_move(&self) -> f64 {
-        let squared = self.start.iter().zip(&self.end).map(|(a, b)| a.distance_squared(*b)).fold(0.0, f64::max);
-        squared.sqrt()
+    /// How far the fastest vertex goes within a substep (m).
+    pub(crate) fn fastest(&self) -> f64 {
+        self.fastest
     }
 
     pub(crate) fn is_empty(&self) -> bool {
         self.topology.face_count() == 0
     }
 
-    /// Starts a frame: boxes fitted to where the body is.
-    pub(crate) fn begin_frame(&mut self) {
+    /// Starts a frame of so many substeps: boxes fitted to where the body is.
+    pub(crate) fn begin_frame(&mut self, substeps: usize) {
+        let squared = self.start.iter().zip(&self.end).map(|(a, b)| a.distance_squared(*b)).fold(0.0, f64::max);
+        self.fastest = squared.sqrt() / substeps as f64;
         self.now.copy_from_slice(&self.start);
         self.before.copy_from_slice(&self.start);
         for (_, tree) in &mut self.trees {

@@ -74,8 +74,8 @@ impl Solver {
         let h = dt / self.options.substeps as f64;
         self.prepare(model, h);
         let mut report = StepReport::default();
-        body.begin_frame();
-        self.contacts.search(body, model.collision_groups(), (&state.positions, &state.velocities), dt);
+        body.begin_frame(self.options.substeps);
+        self.contacts.search(body, model.collision_groups(), &state.positions);
         for substep in 1..=self.options.substeps {
             body.move_to(substep as f64 / self.options.substeps as f64);
             self.substep(model, state, body, h, &mut report);
