@@ -203,6 +203,11 @@ impl BodyCollider {
 
     /// The closest point near `face` now: walks over the surface as long as it gets closer, within the limb of `face`.
     pub(crate) fn walk(&self, p: Vec3, face: u32) -> Touch {
+        let here = closest_on_triangle(p, self.corners(face, &self.now));
+        if here.feature == Feature::Inside {
+            // Straight above the inside of a face the distance has a minimum.
+            return self.touch(p, face, &here);
+        }
         let faces = self.topology.faces();
         let limb = self.face_limbs[face as usize];
         let distance = |v: u32| self.now[v as usize].distance_squared(p);
@@ -228,7 +233,7 @@ impl BodyCollider {
             }
             vertex = next;
         }
-        let mut found = (face, closest_on_triangle(p, self.corners(face, &self.now)));
+        let mut found = (face, here);
         let mut best = found.1.point.distance_squared(p);
         for &candidate in self.topology.vertex_faces(vertex as usize) {
             if candidate == face || self.face_limbs[candidate as usize] & limb == 0 {

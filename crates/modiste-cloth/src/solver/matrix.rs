@@ -2,7 +2,7 @@
 
 use crate::energy::Hinge;
 use glam::{Mat3A, Vec3A};
-use modiste_core::Topology;
+use modiste_core::{Topology, Vec3};
 
 /// A symmetric matrix over the vertices of a mesh.
 ///
@@ -87,6 +87,18 @@ impl SystemMatrix {
             bend_entries,
             bend_diagonal: bend_diagonal.into_iter().map(|value| value as f32).collect(),
             stencils: Vec::new(),
+        }
+    }
+
+    /// Subtracts the bending part times `x` from `forces`.
+    ///
+    /// Rows sum to zero, so the product is taken over differences: a shift of the whole cloth costs exactly nothing.
+    pub(crate) fn subtract_bending(&self, x: &[Vec3], forces: &mut [Vec3]) {
+        for (row, force) in forces.iter_mut().enumerate() {
+            let range = self.bend_starts[row] as usize..self.bend_starts[row + 1] as usize;
+            for &(column, value) in &self.bend_entries[range] {
+                *force -= (x[column as usize] - x[row]) * f64::from(value);
+            }
         }
     }
 

@@ -28,7 +28,7 @@ pub struct SolverOptions {
     pub self_thickness: f64,
     /// Vertices are not let go faster than this (m/s).
     pub max_speed: f64,
-    /// The linear solve stops where its residual, as a displacement, has a root mean square below this (m).
+    /// The linear solve stops where the root mean square of what it leaves out, as an acceleration, is below this (m/s²).
     pub tolerance: f64,
     /// Conjugate-gradient iterations in a substep, at most.
     pub max_iterations: usize,
@@ -37,7 +37,7 @@ pub struct SolverOptions {
 impl Default for SolverOptions {
     fn default() -> Self {
         Self {
-            substeps: 6,
+            substeps: 20,
             gravity: [0.0, -9.81, 0.0],
             thickness: 0.002,
             contact_stiffness: 1.0e6,
@@ -48,7 +48,7 @@ impl Default for SolverOptions {
             self_contact: false,
             self_thickness: 0.002,
             max_speed: 20.0,
-            tolerance: 1.0e-6,
+            tolerance: 0.3,
             max_iterations: 60,
         }
     }

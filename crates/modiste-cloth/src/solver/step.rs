@@ -4,9 +4,8 @@ use super::conjugate_gradients::ConjugateGradients;
 use super::matrix::{Stencil, SystemMatrix};
 use super::{SolverOptions, StepReport};
 use crate::contact::{BodyCollider, BodyContacts, ContactLaw};
-use crate::energy::{Spring, Viscosity, spring_force};
+use crate::energy::{LaneLaw, MembraneLanes, Spring, spring_force};
 use crate::error::{ClothError, check_count};
-use crate::material::Voigt;
 use crate::model::ClothModel;
 use crate::state::ClothState;
 use glam::{Mat3A, Vec3A};
@@ -27,7 +26,8 @@ pub struct Solver {
     forces: Vec<Vec3>,
     right: Vec<Vec3A>,
     change: Vec<Vec3A>,
-    strains: Vec<Voigt>,
+    lanes: Vec<MembraneLanes>,
+    lagged: Vec<Vec3>,
     free: Vec<bool>,
 }
 
@@ -44,7 +44,8 @@ impl Solver {
             forces: vec![Vec3::ZERO; count],
             right: vec![Vec3A::ZERO; count],
             change: vec![Vec3A::ZERO; count],
-            strains: vec![[0.0; 3]; model.membranes().len()],
+            lanes: MembraneLanes::pack(model.membranes()),
+            lagged: vec![Vec3::ZERO; count],
             free: vec![true; count],
         }
     }
@@ -118,9 +119,6 @@ impl Solver {
         let bend_scale = 1.0 + self.options.damping * model.fabric().bend_damping / h;
         matrix.clear();
         self.start.copy_from_slice(&state.positions);
-        for (strain, membrane) in self.strains.iter_mut().zip(model.membranes()) {
-            *strain = membrane.strain(&self.start);
-        }
         for (x, v) in state.positions.iter_mut().zip(&state.velocities) {
             *x += *v * h;
         }
@@ -134,7 +132,7 @@ impl Solver {
         }
         self.change.fill(Vec3A::ZERO);
         #[expect(clippy::cast_possible_truncation, reason = "the inner solve runs in f32")]
-        let limits = (self.options.tolerance as f32, self.options.max_iterations);
+        let limits = ((self.options.tolerance * h * h) as f32, self.options.max_iterations);
         let outcome = self.solve.solve(&matrix, &self.free, &self.right, &mut self.change, limits);
         report.iterations += outcome.iterations;
         report.unconverged += usize::from(!outcome.converged);
@@ -170,21 +168,27 @@ impl Solver {
     /// Membrane and bending with their damping.
     fn add_elasticity(&mut self, model: &ClothModel, x: &[Vec3], h: f64, matrix: &mut SystemMatrix) {
         let fabric = model.fabric();
-        let ratio = self.options.damping * fabric.stretch_damping / h;
-        for (face, (membrane, &start)) in model.membranes().iter().zip(&self.strains).enumerate() {
-            let result = membrane.force(&fabric.stretch, &Viscosity { ratio, start }, x);
-            for (vertex, force) in membrane.vertices.into_iter().zip(result.forces) {
-                self.forces[vertex as usize] += force;
+        let law = LaneLaw::new(&fabric.stretch, self.options.damping * fabric.stretch_damping / h);
+        let mut face = 0;
+        for lanes in &self.lanes {
+            let result = lanes.force(&law, &self.start, x);
+            for (lane, corners) in lanes.vertices().iter().enumerate() {
+                for (&vertex, force) in corners.iter().zip(result.corner_forces(lane)) {
+                    self.forces[vertex as usize] += force;
+                }
+                matrix.add_face(face, &result.blocks(lane));
+                face += 1;
             }
-            matrix.add_face(face, &result.blocks);
         }
+        // Bending and its damping are linear: K x + ratio K (x - start) = (1 + ratio) K (x - share start).
         let ratio = self.options.damping * fabric.bend_damping / h;
-        for hinge in model.hinges() {
-            let jump = hinge.slope_jump(x);
-            let normal = hinge.normal(x);
-            // Damping acts along the normal alone, so a rigid turn of a bent cloth is free of it.
-            let rate = normal * (jump - hinge.slope_jump(&self.start)).dot(normal);
-            let moment = (jump - normal * hinge.rest + rate * ratio) * -hinge.stiffness;
+        let share = ratio / (1.0 + ratio);
+        for ((lagged, x), start) in self.lagged.iter_mut().zip(x).zip(&self.start) {
+            *lagged = *x - *start * share;
+        }
+        matrix.subtract_bending(&self.lagged, &mut self.forces);
+        for hinge in model.hinges().iter().filter(|hinge| hinge.rest.abs() > 0.0) {
+            let moment = hinge.normal(x) * (hinge.rest * hinge.stiffness);
             for (vertex, weight) in hinge.vertices.into_iter().zip(hinge.weights) {
                 self.forces[vertex as usize] += moment * weight;
             }
