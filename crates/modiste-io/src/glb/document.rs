@@ -8,23 +8,58 @@ use gltf_json::buffer::{Target as BufferTarget, View};
 use gltf_json::material::{PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
 use gltf_json::mesh::{Mode, MorphTarget, Primitive, Semantic};
 use gltf_json::validation::{Checked::Valid, USize64};
-use gltf_json::{Accessor, Animation, Buffer, Index, Material, Mesh, Node, Root, Scene};
+use gltf_json::scene::UnitQuaternion;
+use gltf_json::{Accessor, Animation, Buffer, Index, Material, Mesh, Node, Root, Scene, Skin};
 
 use super::AnimatedMesh;
 use super::morph::Morph;
+use super::skeleton::{Influences, Skeleton};
 
-/// A scene being built: one parent node that carries the common translation, the meshes below it, one animation.
+/// What carries the moving meshes through space, as arrays for the file.
+pub(super) struct Carrier {
+    /// Translation (m) of the parent node in each frame; empty if there are joints.
+    translations: Vec<[f32; 3]>,
+    joints: Vec<Joint>,
+    /// From the rest shape to the frame of each joint, column by column.
+    inverse_binds: Vec<[f32; 16]>,
+}
+
+struct Joint {
+    rotations: Vec<[f32; 4]>,
+    translations: Vec<[f32; 3]>,
+}
+
+impl Carrier {
+    pub(super) fn translation(translations: Vec<[f32; 3]>) -> Self {
+        Self { translations, joints: Vec::new(), inverse_binds: Vec::new() }
+    }
+
+    pub(super) fn skeleton(skeleton: &Skeleton) -> Self {
+        let joints = skeleton.bones.iter().map(|bone| Joint {
+            rotations: bone.rotations.iter().map(|turn| turn.as_quat().normalize().to_array()).collect(),
+            translations: bone.positions.iter().map(|position| position.as_vec3().to_array()).collect(),
+        });
+        let inverse_binds = skeleton.bones.iter().map(|bone| {
+            let [x, y, z] = (-bone.centre).as_vec3().to_array();
+            [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, x, y, z, 1.0]
+        });
+        Self { translations: Vec::new(), joints: joints.collect(), inverse_binds: inverse_binds.collect() }
+    }
+}
+
+/// A scene being built: one parent node that carries the common translation or the joints, the meshes, one animation.
 pub(super) struct Document<'a> {
     root: Root,
     pieces: Vec<&'a [u8]>,
     length: usize,
     times: Option<Index<Accessor>>,
     parent: Index<Node>,
+    skin: Option<Index<Skin>>,
     animation: Animation,
 }
 
 impl<'a> Document<'a> {
-    pub(super) fn new(times: &'a [f32], translations: &'a [[f32; 3]]) -> Self {
+    pub(super) fn new(times: &'a [f32], carrier: &'a Carrier) -> Self {
         let mut root = Root::default();
         root.asset.generator = Some(format!("Modiste {}", env!("CARGO_PKG_VERSION")));
         let parent = root.push(Node { name: Some("figure".to_owned()), ..Node::default() });
@@ -36,20 +71,54 @@ impl<'a> Document<'a> {
             name: Some("animation".to_owned()),
             samplers: Vec::new(),
         };
-        let mut document = Self { root, pieces: Vec::new(), length: 0, times: None, parent, animation };
+        let mut document = Self { root, pieces: Vec::new(), length: 0, times: None, parent, skin: None, animation };
         if times.len() > 1 {
             document.times = Some(document.bounded(times.as_chunks::<1>().0, Type::Scalar, None));
-            let output = document.unbounded(translations.as_flattened(), Type::Vec3, translations.len(), None);
+        }
+        if !carrier.translations.is_empty() {
+            let output = document.unbounded(&carrier.translations, Type::Vec3, None);
             document.animate(parent, Property::Translation, output);
+        }
+        if !carrier.joints.is_empty() {
+            document.add_joints(carrier);
         }
         document
     }
 
-    pub(super) fn add(&mut self, mesh: &AnimatedMesh<'a>, morph: &'a Morph) {
+    fn add_joints(&mut self, carrier: &'a Carrier) {
+        let mut joints = Vec::new();
+        for (number, joint) in (1..).zip(&carrier.joints) {
+            let node = self.root.push(Node {
+                name: Some(format!("joint {number}")),
+                rotation: Some(UnitQuaternion(joint.rotations[0])),
+                translation: Some(joint.translations[0]),
+                ..Node::default()
+            });
+            let rotations = self.unbounded(&joint.rotations, Type::Vec4, None);
+            self.animate(node, Property::Rotation, rotations);
+            let translations = self.unbounded(&joint.translations, Type::Vec3, None);
+            self.animate(node, Property::Translation, translations);
+            joints.push(node);
+        }
+        self.root.nodes[self.parent.value()].children = Some(joints.clone());
+        let inverse_bind_matrices = Some(self.unbounded(&carrier.inverse_binds, Type::Mat4, None));
+        let name = Some("skeleton".to_owned());
+        let skeleton = Some(self.parent);
+        let skin = Skin { extensions: None, extras: None, inverse_bind_matrices, joints, name, skeleton };
+        self.skin = Some(self.root.push(skin));
+    }
+
+    pub(super) fn add(&mut self, mesh: &AnimatedMesh<'a>, morph: &'a Morph, influences: Option<&'a Influences>) {
         let vertices = Some(BufferTarget::ArrayBuffer);
-        let count = morph.base.len();
         let positions = self.bounded(&morph.base, Type::Vec3, vertices);
-        let normals = self.unbounded(morph.base_normals.as_flattened(), Type::Vec3, count, vertices);
+        let normals = self.unbounded(&morph.base_normals, Type::Vec3, vertices);
+        let mut attributes = BTreeMap::from([(Valid(Semantic::Positions), positions), (Valid(Semantic::Normals), normals)]);
+        if let Some(Influences { joints, weights }) = influences {
+            let bytes = bytemuck::cast_slice(joints);
+            let joints = self.accessor(bytes, ComponentType::U8, Type::Vec4, joints.len(), vertices);
+            attributes.insert(Valid(Semantic::Joints(0)), joints);
+            attributes.insert(Valid(Semantic::Weights(0)), self.unbounded(weights, Type::Vec4, vertices));
+        }
         let corners = mesh.faces.as_flattened();
         let triangles = Some(BufferTarget::ElementArrayBuffer);
         let indices = self.accessor(bytemuck::cast_slice(corners), ComponentType::U32, Type::Scalar, corners.len(), triangles);
@@ -58,13 +127,13 @@ impl<'a> Document<'a> {
             .iter()
             .map(|target| MorphTarget {
                 positions: Some(self.bounded(&target.positions, Type::Vec3, vertices)),
-                normals: Some(self.unbounded(target.normals.as_flattened(), Type::Vec3, count, vertices)),
+                normals: Some(self.unbounded(&target.normals, Type::Vec3, vertices)),
                 tangents: None,
             })
             .collect();
         let has_targets = !targets.is_empty();
         let primitive = Primitive {
-            attributes: BTreeMap::from([(Valid(Semantic::Positions), positions), (Valid(Semantic::Normals), normals)]),
+            attributes,
             extensions: None,
             extras: None,
             indices: Some(indices),
@@ -79,15 +148,16 @@ impl<'a> Document<'a> {
             primitives: vec![primitive],
             weights: has_targets.then(|| vec![0.0; morph.targets.len()]),
         });
-        let node = self.root.push(Node { mesh: Some(shape), name: Some(mesh.name.to_owned()), ..Node::default() });
-        if mesh.frames.len() > 1 {
+        let skin = influences.and(self.skin);
+        let node = self.root.push(Node { mesh: Some(shape), skin, name: Some(mesh.name.to_owned()), ..Node::default() });
+        if mesh.frames.len() > 1 && skin.is_none() {
             self.root.nodes[self.parent.value()].children.get_or_insert_default().push(node);
         } else {
-            // A mesh at rest does not travel with the others.
+            // A mesh at rest does not travel with the others, and the joints alone place a skinned one.
             self.root.scenes[0].nodes.push(node);
         }
         if has_targets {
-            let output = self.unbounded(&morph.weights, Type::Scalar, morph.weights.len(), None);
+            let output = self.unbounded(morph.weights.as_chunks::<1>().0, Type::Scalar, None);
             self.animate(node, Property::MorphTargetWeights, output);
         }
     }
@@ -132,7 +202,7 @@ impl<'a> Document<'a> {
         kind: Type,
         target: Option<BufferTarget>,
     ) -> Index<Accessor> {
-        let index = self.unbounded(rows.as_flattened(), kind, rows.len(), target);
+        let index = self.unbounded(rows, kind, target);
         let bound = |pick: fn(f32, f32) -> f32, start: f32| {
             let mut bound = [start; N];
             for row in rows {
@@ -146,8 +216,13 @@ impl<'a> Document<'a> {
         index
     }
 
-    fn unbounded(&mut self, floats: &'a [f32], kind: Type, count: usize, target: Option<BufferTarget>) -> Index<Accessor> {
-        self.accessor(bytemuck::cast_slice(floats), ComponentType::F32, kind, count, target)
+    fn unbounded<const N: usize>(
+        &mut self,
+        rows: &'a [[f32; N]],
+        kind: Type,
+        target: Option<BufferTarget>,
+    ) -> Index<Accessor> {
+        self.accessor(bytemuck::cast_slice(rows.as_flattened()), ComponentType::F32, kind, rows.len(), target)
     }
 
     /// Adds a piece (its length is a multiple of 4) with a view and an accessor of its own.

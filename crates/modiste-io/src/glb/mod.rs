@@ -1,19 +1,23 @@
 //! Animated meshes as one binary glTF 2.0 file.
 //!
 //! Every mesh carries a bounded number of morph targets, the principal components of its frames, with positions and
-//! normals; one animation drives their weights with a linear keyframe at every frame. What all meshes share of the
-//! motion through space goes to the translation of a common parent node. The file opens in three.js and Blender alike
-//! and does not grow with the number of frames.
+//! normals; one animation drives their weights with a linear keyframe at every frame. The targets carry what is left
+//! after the motion through space, which goes to the translation of a common parent node if that is enough to be within
+//! the tolerance, and otherwise to the bones of a skeleton that all meshes share and that is found from their motion.
+//! The file opens in three.js and Blender alike and hardly grows with the number of frames.
 
 mod document;
 mod morph;
+mod skeleton;
 
 use std::io::Write;
 use std::path::Path;
 
 use crate::{IoError, write_atomically};
-use document::Document;
+use document::{Carrier, Document};
+use modiste_core::SolveError;
 use morph::Morph;
+use skeleton::{Influences, Skeleton};
 
 /// A mesh in motion with its looks.
 #[derive(Debug, Clone, Copy)]
@@ -39,11 +43,13 @@ pub struct Options {
     pub tolerance: f64,
     /// The most targets a mesh gets, whatever the tolerance.
     pub max_targets: usize,
+    /// The most bones that all meshes share; at most 255, none leaves everything to the targets.
+    pub max_bones: usize,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { tolerance: 0.0005, max_targets: 48 }
+        Self { tolerance: 0.0005, max_targets: 48, max_bones: 32 }
     }
 }
 
@@ -65,6 +71,8 @@ pub struct MeshSummary {
 pub struct Summary {
     /// One entry a mesh, in order.
     pub meshes: Vec<MeshSummary>,
+    /// Number of bones, none if the targets were enough by themselves.
+    pub bones: usize,
     /// Size of the file (bytes).
     pub bytes: usize,
 }
@@ -90,18 +98,12 @@ pub fn write_animation_with(
     let path = path.as_ref();
     let file = path.display().to_string();
     let frame_count = check(fps, meshes, &file)?;
-    let translations = common_translations(meshes, frame_count);
-    let morphs = meshes
-        .iter()
-        .map(|mesh| {
-            morph::encode(mesh.faces, mesh.frames, &translations, options)
-                .map_err(|error| IoError::field(&file, format!("mesh \"{}\"", mesh.name), "frames with components", error))
-        })
-        .collect::<Result<Vec<Morph>, IoError>>()?;
+    let encoded = encode(meshes, frame_count, options)
+        .map_err(|error| IoError::field(&file, "the meshes", "frames that can be analysed", error))?;
     let times: Vec<f32> = (0..frame_count).map(|frame| (frame as f64 / fps) as f32).collect();
-    let mut document = Document::new(&times, &translations);
-    for (mesh, morph) in meshes.iter().zip(&morphs) {
-        document.add(mesh, morph);
+    let mut document = Document::new(&times, &encoded.carrier);
+    for (mesh, coded) in meshes.iter().zip(&encoded.meshes) {
+        document.add(mesh, &coded.morph, coded.influences.as_ref());
     }
     let (header, pieces) = document.finish().map_err(|error| IoError::field(&file, "the scene", "JSON", error))?;
     let bytes = header.len() + pieces.iter().map(|piece| piece.len()).sum::<usize>();
@@ -109,13 +111,85 @@ pub fn write_animation_with(
         writer.write_all(&header)?;
         pieces.iter().try_for_each(|piece| writer.write_all(piece))
     })?;
-    let meshes = meshes.iter().zip(&morphs).map(|(mesh, morph)| MeshSummary {
-        name: mesh.name.to_owned(),
-        targets: morph.targets.len(),
-        max_error: morph.max_error,
-        rms_error: morph.rms_error,
+    let bones = encoded.skeleton.as_ref().map_or(0, |skeleton| skeleton.bones.len());
+    Ok(Summary { meshes: encoded.meshes.into_iter().map(|coded| coded.summary).collect(), bones, bytes })
+}
+
+/// All meshes in the form in which they go to the file.
+struct Encoded {
+    carrier: Carrier,
+    skeleton: Option<Skeleton>,
+    meshes: Vec<CodedMesh>,
+}
+
+struct CodedMesh {
+    morph: Morph,
+    influences: Option<Influences>,
+    summary: MeshSummary,
+}
+
+fn encode(meshes: &[AnimatedMesh<'_>], frame_count: usize, options: Options) -> Result<Encoded, SolveError> {
+    let translations = common_translations(meshes, frame_count);
+    let carried = meshes.iter().map(|mesh| CodedMesh::carried(mesh, &translations, options));
+    let meshes_alone = carried.collect::<Result<Vec<_>, _>>()?;
+    let close_enough = meshes_alone.iter().all(|coded| coded.summary.max_error <= options.tolerance);
+    if close_enough || options.max_bones == 0 {
+        return Ok(Encoded { carrier: Carrier::translation(translations), skeleton: None, meshes: meshes_alone });
+    }
+    let moving: Vec<&AnimatedMesh<'_>> = meshes.iter().filter(|mesh| mesh.frames.len() > 1).collect();
+    let skeleton = Skeleton::find(&moving, options.max_bones.min(255));
+    let skinned = meshes.iter().zip(meshes_alone).map(|(mesh, alone)| {
+        if mesh.frames.len() > 1 { CodedMesh::skinned(mesh, &skeleton, options) } else { Ok(alone) }
     });
-    Ok(Summary { meshes: meshes.collect(), bytes })
+    let skinned = skinned.collect::<Result<Vec<_>, _>>()?;
+    Ok(Encoded { carrier: Carrier::skeleton(&skeleton), skeleton: Some(skeleton), meshes: skinned })
+}
+
+impl CodedMesh {
+    /// Morph targets on top of the common translations (m, one per frame).
+    fn carried(mesh: &AnimatedMesh<'_>, translations: &[[f32; 3]], options: Options) -> Result<Self, SolveError> {
+        let shift = |frame: &mut [[f32; 3]], by: [f32; 3], sign: f32| {
+            frame.iter_mut().for_each(|v| *v = std::array::from_fn(|axis| v[axis] + sign * by[axis]));
+        };
+        let mut local = mesh.frames.to_vec();
+        if local.len() > 1 {
+            local.iter_mut().zip(translations).for_each(|(frame, by)| shift(frame, *by, -1.0));
+        }
+        let morph = morph::encode(mesh.faces, &local, options)?;
+        let summary = MeshSummary::of(mesh, &morph, |frame, shape| shift(shape, translations[frame], 1.0));
+        Ok(Self { morph, influences: None, summary })
+    }
+
+    /// Morph targets in the rest shape under the skinning of a skeleton.
+    fn skinned(mesh: &AnimatedMesh<'_>, skeleton: &Skeleton, options: Options) -> Result<Self, SolveError> {
+        let influences = skeleton.influences(mesh.frames)?;
+        let morph = morph::encode(mesh.faces, &skeleton.unpose(mesh.frames, &influences), options)?;
+        let summary = MeshSummary::of(mesh, &morph, |frame, shape| skeleton.pose(frame, &influences, shape));
+        Ok(Self { morph, influences: Some(influences), summary })
+    }
+}
+
+impl MeshSummary {
+    /// Compares what the file shows, the morphed shape after `place`, with the given frames.
+    fn of(mesh: &AnimatedMesh<'_>, morph: &Morph, place: impl Fn(usize, &mut [[f32; 3]])) -> Self {
+        let (mut largest, mut sum, mut count) = (0.0f64, 0.0f64, 0usize);
+        for (index, wanted) in mesh.frames.iter().enumerate() {
+            let mut shape = morph.shape(index);
+            place(index, &mut shape);
+            for (x, y) in shape.iter().zip(wanted) {
+                let square = (0..3).map(|axis| f64::from(x[axis] - y[axis]).powi(2)).sum::<f64>();
+                largest = largest.max(square);
+                sum += square;
+                count += 1;
+            }
+        }
+        Self {
+            name: mesh.name.to_owned(),
+            targets: morph.targets.len(),
+            max_error: largest.sqrt(),
+            rms_error: (sum / count as f64).sqrt(),
+        }
+    }
 }
 
 /// Checks everything that comes from outside and returns the number of frames.
@@ -255,6 +329,7 @@ mod tests {
         }
         let rounding = 1e-6; // of single precision at these coordinates (m)
         assert!(f64::from(worst) <= summary.meshes[0].max_error + rounding, "{worst}");
+        assert_eq!(summary.bones, 0);
         assert!(summary.meshes[0].max_error < Options::default().tolerance);
         assert!(weights.iter().all(|weight| weight.abs() <= 1.0));
         assert!((floats(&root, binary, samplers[0].input.value())[39] - 1.3).abs() < 1e-6);
@@ -265,10 +340,36 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("ball.glb");
         let (faces, frames) = wobbling_ball(40);
-        let options = Options { tolerance: 0.0, max_targets: 1 };
+        let options = Options { tolerance: 0.0, max_targets: 1, max_bones: 0 };
         let summary = write_animation_with(&path, 30.0, &[ball(&faces, &frames)], options).unwrap();
         assert_eq!(summary.meshes[0].targets, 1);
         assert!(summary.meshes[0].max_error > 0.1 && summary.meshes[0].rms_error < summary.meshes[0].max_error);
+    }
+
+    #[test]
+    fn bones_take_over_where_the_targets_are_not_enough() {
+        // One target cannot carry the turn of the ball, one bone can.
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ball.glb");
+        let (faces, frames) = wobbling_ball(40);
+        let options = Options { tolerance: 0.002, max_targets: 1, max_bones: 1 };
+        let summary = write_animation_with(&path, 30.0, &[ball(&faces, &frames)], options).unwrap();
+        assert_eq!((summary.bones, summary.meshes[0].targets), (1, 1));
+        assert!(summary.meshes[0].max_error < 0.002, "{summary:?}");
+        let glb = crate::read_bytes(&path).unwrap();
+        let (root, binary) = split(&glb);
+        let mut faults = Vec::new();
+        root.validate(&root, gltf_json::Path::new, &mut |path: &dyn Fn() -> gltf_json::Path, error| {
+            faults.push(format!("{}: {error}", path()));
+        });
+        assert!(faults.is_empty(), "{faults:?}");
+        // The joint's keyframes turn and move as the ball does.
+        let samplers = &root.animations[0].samplers;
+        let [turns, places] = [0, 1].map(|index| floats(&root, binary, samplers[index].output.value()));
+        let last = modiste_core::Quat::from_slice(&turns[4 * 39..].iter().map(|&x| f64::from(x)).collect::<Vec<_>>()[..4]);
+        let wanted = modiste_core::Quat::from_rotation_y(0.7 * 3.9);
+        assert!(last.angle_between(wanted) < 0.01 || last.angle_between(-wanted) < 0.01, "{last}");
+        assert!((places[3 * 39] - 3.9).abs() < 0.01);
     }
 
     #[test]

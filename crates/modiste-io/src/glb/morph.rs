@@ -13,8 +13,20 @@ pub(super) struct Morph {
     pub(super) targets: Vec<Target>,
     /// One row of weights per frame, one weight per target, within [-1, 1].
     pub(super) weights: Vec<f32>,
-    pub(super) max_error: f64,
-    pub(super) rms_error: f64,
+}
+
+impl Morph {
+    /// The shape that the weights of a frame give.
+    pub(super) fn shape(&self, frame: usize) -> Vec<[f32; 3]> {
+        let mut shape = self.base.clone();
+        let row = self.weights.iter().skip(frame * self.targets.len());
+        for (target, weight) in self.targets.iter().zip(row) {
+            for (x, d) in shape.as_flattened_mut().iter_mut().zip(target.positions.as_flattened()) {
+                *x += weight * d;
+            }
+        }
+        shape
+    }
 }
 
 /// What a weight of 1 adds to positions (m) and normals.
@@ -27,29 +39,19 @@ pub(super) struct Target {
 /// Keeps the normals' targets small where the weights can hardly tell them apart.
 const NORMAL_RIDGE: f64 = 1e-4;
 
-/// Finds the targets; `translations` are taken off the frames first (m, one per frame).
-pub(super) fn encode(
-    faces: &[[u32; 3]],
-    frames: &[Vec<[f32; 3]>],
-    translations: &[[f32; 3]],
-    options: Options,
-) -> Result<Morph, SolveError> {
+/// Finds the targets for frames from which the motion of the carrying nodes has been taken off.
+pub(super) fn encode(faces: &[[u32; 3]], frames: &[Vec<[f32; 3]>], options: Options) -> Result<Morph, SolveError> {
     if frames.len() == 1 {
         let base = frames[0].clone();
         let base_normals = normals(faces, &base);
-        return Ok(Morph { base, base_normals, targets: Vec::new(), weights: Vec::new(), max_error: 0.0, rms_error: 0.0 });
+        return Ok(Morph { base, base_normals, targets: Vec::new(), weights: Vec::new() });
     }
-    let local: Vec<Vec<[f32; 3]>> = frames
-        .iter()
-        .zip(translations)
-        .map(|(frame, by)| frame.iter().map(|v| [v[0] - by[0], v[1] - by[1], v[2] - by[2]]).collect())
-        .collect();
-    let samples: Vec<&[f32]> = local.iter().map(|frame| frame.as_flattened()).collect();
+    let samples: Vec<&[f32]> = frames.iter().map(|frame| frame.as_flattened()).collect();
     let pca = Pca::fit(&samples, options.max_targets)?;
     let coefficients: Vec<Vec<f64>> = samples.iter().map(|sample| pca.project(sample)).collect();
     let count = sufficient_count(&pca, &samples, &coefficients, options.tolerance);
 
-    let mut base = vec![[0.0; 3]; local[0].len()];
+    let mut base = vec![[0.0; 3]; frames[0].len()];
     pca.expand(&coefficients[0][..count], base.as_flattened_mut());
     // Weights count from the first frame and stay within [-1, 1], the range that editors allow.
     let scales: Vec<f64> = (0..count)
@@ -62,16 +64,15 @@ pub(super) fn encode(
         .collect();
     let scaled = |k: usize| pca.component(k).iter().map(|&x| (f64::from(x) * scales[k]) as f32).collect();
     let positions: Vec<Vec<f32>> = (0..count).map(scaled).collect();
-    let (max_error, rms_error) = errors(base.as_flattened(), &positions, &weights, &samples);
 
     let base_normals = normals(faces, &base);
-    let normal_targets = fit_normals(faces, &local, &base_normals, &weights, count)?;
+    let normal_targets = fit_normals(faces, frames, &base_normals, &weights, count)?;
     let targets = positions
         .into_iter()
         .zip(normal_targets)
         .map(|(positions, normals)| Target { positions: points(&positions), normals })
         .collect();
-    Ok(Morph { base, base_normals, targets, weights, max_error, rms_error })
+    Ok(Morph { base, base_normals, targets, weights })
 }
 
 /// How many components bring every vertex of every frame within the tolerance, or all there are.
@@ -95,26 +96,6 @@ fn sufficient_count(pca: &Pca, samples: &[&[f32]], coefficients: &[Vec<f64>], to
         }
     }
     pca.count()
-}
-
-/// Largest and root mean square distance (m) between the frames and what the stored numbers add up to.
-fn errors(base: &[f32], positions: &[Vec<f32>], weights: &[f32], samples: &[&[f32]]) -> (f64, f64) {
-    let (mut largest, mut sum) = (0.0f64, 0.0f64);
-    let mut shown = vec![0.0f32; base.len()];
-    for (frame, sample) in samples.iter().enumerate() {
-        shown.copy_from_slice(base);
-        for (target, weight) in positions.iter().zip(&weights[frame * positions.len()..]) {
-            for (x, d) in shown.iter_mut().zip(target) {
-                *x += weight * d;
-            }
-        }
-        for (x, wanted) in shown.chunks_exact(3).zip(sample.chunks_exact(3)) {
-            let square = (0..3).map(|axis| f64::from(x[axis] - wanted[axis]).powi(2)).sum::<f64>();
-            largest = largest.max(square);
-            sum += square;
-        }
-    }
-    (largest.sqrt(), (sum / (samples.len() * base.len() / 3) as f64).sqrt())
 }
 
 /// The normal targets for which base + Σ weight · target comes closest to the frames' normals (least squares).
@@ -193,7 +174,7 @@ mod tests {
             })
             .collect();
         let faces = ball.topology.faces();
-        let morph = encode(faces, &frames, &[[0.0; 3]; 10], Options { tolerance: 1e-4, max_targets: 9 }).unwrap();
+        let morph = encode(faces, &frames, Options { tolerance: 1e-4, max_targets: 9, max_bones: 0 }).unwrap();
         assert_eq!(morph.targets.len(), 2);
         let count = morph.targets.len();
         for (index, frame) in frames.iter().enumerate() {
@@ -207,6 +188,7 @@ mod tests {
                 assert!(cosine > 0.9999, "frame {index}: {cosine}");
             }
         }
-        assert!(morph.max_error < 1e-4);
+        let shown = morph.shape(9);
+        assert!(shown.as_flattened().iter().zip(frames[9].as_flattened()).all(|(x, y)| (x - y).abs() < 1e-4));
     }
 }
