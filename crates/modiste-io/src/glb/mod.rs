@@ -155,7 +155,8 @@ impl CodedMesh {
         if local.len() > 1 {
             local.iter_mut().zip(translations).for_each(|(frame, by)| shift(frame, *by, -1.0));
         }
-        let morph = morph::encode(mesh.faces, &local, options)?;
+        let normals: Vec<_> = mesh.frames.iter().map(|frame| morph::normals(mesh.faces, frame)).collect();
+        let morph = morph::encode(&local, &normals, options)?;
         let summary = MeshSummary::of(mesh, &morph, |frame, shape| shift(shape, translations[frame], 1.0));
         Ok(Self { morph, influences: None, summary })
     }
@@ -163,7 +164,11 @@ impl CodedMesh {
     /// Morph targets in the rest shape under the skinning of a skeleton.
     fn skinned(mesh: &AnimatedMesh<'_>, skeleton: &Skeleton, options: Options) -> Result<Self, SolveError> {
         let influences = skeleton.influences(mesh.frames)?;
-        let morph = morph::encode(mesh.faces, &skeleton.unpose(mesh.frames, &influences), options)?;
+        let rest = skeleton.unpose(mesh.frames, &influences);
+        let normals = mesh.frames.iter().enumerate().map(|(frame, vertices)| {
+            skeleton.unpose_normals(frame, &influences, &morph::normals(mesh.faces, vertices))
+        });
+        let morph = morph::encode(&rest, &normals.collect::<Vec<_>>(), options)?;
         let summary = MeshSummary::of(mesh, &morph, |frame, shape| skeleton.pose(frame, &influences, shape));
         Ok(Self { morph, influences: Some(influences), summary })
     }

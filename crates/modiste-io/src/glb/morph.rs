@@ -39,11 +39,15 @@ pub(super) struct Target {
 /// Keeps the normals' targets small where the weights can hardly tell them apart.
 const NORMAL_RIDGE: f64 = 1e-4;
 
-/// Finds the targets for frames from which the motion of the carrying nodes has been taken off.
-pub(super) fn encode(faces: &[[u32; 3]], frames: &[Vec<[f32; 3]>], options: Options) -> Result<Morph, SolveError> {
+/// Finds the targets for frames, and their unit normals, from which the motion of the carrying nodes has been taken off.
+pub(super) fn encode(
+    frames: &[Vec<[f32; 3]>],
+    normals: &[Vec<[f32; 3]>],
+    options: Options,
+) -> Result<Morph, SolveError> {
+    let base_normals = normals[0].clone();
     if frames.len() == 1 {
         let base = frames[0].clone();
-        let base_normals = normals(faces, &base);
         return Ok(Morph { base, base_normals, targets: Vec::new(), weights: Vec::new() });
     }
     let samples: Vec<&[f32]> = frames.iter().map(|frame| frame.as_flattened()).collect();
@@ -65,8 +69,7 @@ pub(super) fn encode(faces: &[[u32; 3]], frames: &[Vec<[f32; 3]>], options: Opti
     let scaled = |k: usize| pca.component(k).iter().map(|&x| (f64::from(x) * scales[k]) as f32).collect();
     let positions: Vec<Vec<f32>> = (0..count).map(scaled).collect();
 
-    let base_normals = normals(faces, &base);
-    let normal_targets = fit_normals(faces, frames, &base_normals, &weights, count)?;
+    let normal_targets = fit_normals(normals, &weights, count)?;
     let targets = positions
         .into_iter()
         .zip(normal_targets)
@@ -98,32 +101,25 @@ fn sufficient_count(pca: &Pca, samples: &[&[f32]], coefficients: &[Vec<f64>], to
     pca.count()
 }
 
-/// The normal targets for which base + Σ weight · target comes closest to the frames' normals (least squares).
-fn fit_normals(
-    faces: &[[u32; 3]],
-    frames: &[Vec<[f32; 3]>],
-    base_normals: &[[f32; 3]],
-    weights: &[f32],
-    count: usize,
-) -> Result<Vec<Vec<[f32; 3]>>, SolveError> {
+/// The normal targets for which those of the first frame + Σ weight · target come closest to all (least squares).
+fn fit_normals(normals: &[Vec<[f32; 3]>], weights: &[f32], count: usize) -> Result<Vec<Vec<[f32; 3]>>, SolveError> {
     if count == 0 {
         return Ok(Vec::new());
     }
-    let regressors = Matrix::from_fn(frames.len(), count, |frame, k| f64::from(weights[frame * count + k]));
-    let mut wanted = Matrix::zeros(frames.len(), base_normals.len() * 3);
-    for (index, frame) in frames.iter().enumerate() {
-        let normals = normals(faces, frame);
-        let differences = normals.as_flattened().iter().zip(base_normals.as_flattened());
-        for (out, (normal, base)) in wanted.row_mut(index).iter_mut().zip(differences) {
+    let regressors = Matrix::from_fn(normals.len(), count, |frame, k| f64::from(weights[frame * count + k]));
+    let base = normals[0].as_flattened();
+    let mut wanted = Matrix::zeros(normals.len(), base.len());
+    for (index, frame) in normals.iter().enumerate() {
+        for (out, (normal, base)) in wanted.row_mut(index).iter_mut().zip(frame.as_flattened().iter().zip(base)) {
             *out = f64::from(normal - base);
         }
     }
-    let fitted = ridge(&regressors, &wanted, NORMAL_RIDGE * frames.len() as f64)?;
+    let fitted = ridge(&regressors, &wanted, NORMAL_RIDGE * normals.len() as f64)?;
     Ok((0..count).map(|k| points(&fitted.row(k).iter().map(|&x| x as f32).collect::<Vec<_>>())).collect())
 }
 
 /// Unit vertex normals, weighted by the area of the faces around; up where there is no area.
-fn normals(faces: &[[u32; 3]], vertices: &[[f32; 3]]) -> Vec<[f32; 3]> {
+pub(super) fn normals(faces: &[[u32; 3]], vertices: &[[f32; 3]]) -> Vec<[f32; 3]> {
     let mut sums = vec![[0.0f64; 3]; vertices.len()];
     for face in faces {
         let [a, b, c] = face.map(|vertex| vertices[vertex as usize].map(f64::from));
@@ -174,11 +170,12 @@ mod tests {
             })
             .collect();
         let faces = ball.topology.faces();
-        let morph = encode(faces, &frames, Options { tolerance: 1e-4, max_targets: 9, max_bones: 0 }).unwrap();
+        let turned: Vec<_> = frames.iter().map(|frame| normals(faces, frame)).collect();
+        let morph = encode(&frames, &turned, Options { tolerance: 1e-4, max_targets: 9, max_bones: 0 }).unwrap();
         assert_eq!(morph.targets.len(), 2);
         let count = morph.targets.len();
-        for (index, frame) in frames.iter().enumerate() {
-            for (vertex, wanted) in normals(faces, frame).iter().enumerate() {
+        for (index, normals) in turned.iter().enumerate() {
+            for (vertex, wanted) in normals.iter().enumerate() {
                 let shown: [f32; 3] = std::array::from_fn(|axis| {
                     let moved = (0..count).map(|k| morph.weights[index * count + k] * morph.targets[k].normals[vertex][axis]);
                     morph.base_normals[vertex][axis] + moved.sum::<f32>()

@@ -122,6 +122,15 @@ impl Skeleton {
         frames.iter().enumerate().map(unpose).collect()
     }
 
+    /// The unit normals of the rest shape that a viewer, which turns normals by the blended rotations, shows as these.
+    pub(super) fn unpose_normals(&self, frame: usize, influences: &Influences, normals: &[[f32; 3]]) -> Vec<[f32; 3]> {
+        let back = |(vertex, normal): (usize, &[f32; 3])| {
+            let turn = self.blend(frame, &influences.of(vertex)).turn;
+            (turn.inverse() * point(*normal)).normalize_or(Vec3::Y).as_vec3().to_array()
+        };
+        normals.iter().enumerate().map(back).collect()
+    }
+
     /// Skins a shape in place.
     pub(super) fn pose(&self, frame: usize, influences: &Influences, shape: &mut [[f32; 3]]) {
         for (vertex, x) in shape.iter_mut().enumerate() {
