@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use modiste_body::scape::Provenance;
-use modiste_body::scape::evaluate::{held_out_poses, pose_errors, shape_errors};
+use modiste_body::scape::evaluate::{held_out_poses, make_errors, pose_errors, shape_errors};
 use modiste_body::scape::train::{LICENCE, TrainOptions, TrainingBodies, train};
 use modiste_body::{Gender, MakeHumanModel, population};
 use modiste_core::Silent;
@@ -34,19 +34,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
         let components = 60.min(bodies.vertices.len().saturating_sub(1));
         let wide = train(&bodies, &TrainOptions { shape_count: components, ..TrainOptions::default() }, &Silent)?;
-        if std::env::var_os("SWEEP").is_some() {
-            for detail_length in [0.0, 0.01, 0.03, 0.1, 10.0] {
-                let other = train(
-                    &bodies,
-                    &TrainOptions { shape_count: 20, detail_length, pose_count: 2, ..TrainOptions::default() },
-                    &Silent,
-                )?;
-                println!(
-                    "  l {detail_length}: {:?}",
-                    shape_errors(&other.model, &other.shape_space, &held_out.vertices)?[19]
-                );
-            }
-        }
         println!("  trained in {:.1} s", started.elapsed().as_secs_f64());
         let errors = shape_errors(&wide.model, &wide.shape_space, &held_out.vertices)?;
         for k in [1, 2, 5, 10, 15, 20, 30, 40, 60] {
@@ -85,6 +72,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             command: "train_scape".to_owned(),
         };
         trained.save(Path::new(out).join(format!("body-{}.safetensors", gender.name())), &provenance)?;
+        use modiste_body::Quantity::{BodyMass, ChestGirth, HipGirth, Stature, WaistGirth};
+        let wishes = [Stature, BodyMass, ChestGirth, WaistGirth, HipGirth];
+        let (met, misfits) = make_errors(&trained, &held_out.vertices, &wishes)?;
+        println!("  make: {:.1}% within 5 mm and 0.5 kg; 95th percentiles {misfits:.4?}", 100.0 * met);
         let body = trained.body(&[])?;
         let mut vertices = Vec::new();
         let started = Instant::now();

@@ -8,6 +8,12 @@ pub enum BodyError {
     /// A file cannot be read or written, or does not hold what it should.
     #[error(transparent)]
     Io(#[from] modiste_io::IoError),
+    /// A body cannot be measured.
+    #[error(transparent)]
+    Measure(#[from] crate::MeasureError),
+    /// Wished measurements cannot be met.
+    #[error("{0}")]
+    Wish(String),
     /// A numerical problem has no answer.
     #[error(transparent)]
     Solve(#[from] SolveError),

@@ -2,6 +2,7 @@
 
 mod error;
 mod gender;
+pub mod make;
 pub mod makehuman;
 pub mod measure;
 pub mod motion;

@@ -1,5 +1,6 @@
 //! Poses and motions: relative part rotations along the kinematic tree.
 
+pub use modiste_core::vector_from_quat as rotation_vector;
 use modiste_core::{Mat3, Quat, Vec3};
 
 use crate::Part;
@@ -102,12 +103,6 @@ impl Motion {
         let end = range.end.min(self.frames.len());
         Self { fps: self.fps, frames: self.frames[range.start.min(end)..end].to_vec() }
     }
-}
-
-/// The rotation vector (radians, at most π long) of a unit quaternion.
-pub fn rotation_vector(rotation: Quat) -> Vec3 {
-    let shorter = if rotation.w < 0.0 { -rotation } else { rotation };
-    shorter.to_scaled_axis()
 }
 
 /// World positions (m) of the joints for given world rotations of the parts.

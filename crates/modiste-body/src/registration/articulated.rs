@@ -52,9 +52,8 @@ pub(super) fn fit(model: &MakeHumanModel, target: &Target<'_>) -> Result<Articul
         .skin_weights()
         .iter()
         .map(|weights| {
-            let blend: Mat3 = weights
-                .iter()
-                .fold(Mat3::ZERO, |sum, &(part, weight)| sum + weight * state.rotations[part.index()]);
+            let blend: Mat3 =
+                weights.iter().fold(Mat3::ZERO, |sum, &(part, weight)| sum + weight * state.rotations[part.index()]);
             nearest_rotation(blend)
         })
         .collect();

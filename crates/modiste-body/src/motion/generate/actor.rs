@@ -54,6 +54,30 @@ pub(super) struct Actor<'a> {
     /// Per side: from the ankle to the point under it where the toes (heel) touch the floor, in the template pose (m).
     toe_from_ankle: [Vec3; 2],
     heel_from_ankle: [Vec3; 2],
+    stance: f64,
+}
+
+/// Room (m) between the legs of somebody who stands at ease.
+const LEG_GAP: f64 = 0.012;
+
+/// How far apart the ankles stand: x of the left one (m).
+///
+/// A little more than the hip joints; further where the thighs need it. At a share `f` of the way from hip to ankle the
+/// bone is at `hip + f (ankle - hip)`, and the skin inside of it must stay clear of the middle by half the gap.
+fn stance(body: &Body) -> f64 {
+    let joint = |part: Part| body.rest_joints()[part.index()];
+    let [hip, knee, ankle] = [Part::LeftThigh, Part::LeftShin, Part::LeftFoot].map(joint);
+    let least = 0.5 * (hip.x - joint(Part::RightThigh).x) + 0.012;
+    let bone = |y: f64| {
+        let [above, below] = if y > knee.y { [hip, knee] } else { [knee, ankle] };
+        above.x + (below.x - above.x) * (above.y - y) / (above.y - below.y)
+    };
+    let needed = body.model().vertex_parts().iter().zip(body.rest_vertices()).filter_map(|(part, x)| {
+        let share = (hip.y - x.y) / (hip.y - ankle.y);
+        let on_leg = matches!(part, Part::LeftThigh | Part::LeftShin) && (0.3..0.9).contains(&share);
+        on_leg.then(|| hip.x + (bone(x.y) - x.x + 0.5 * LEG_GAP - hip.x) / share)
+    });
+    needed.fold(least, f64::max).min(least + 0.12)
 }
 
 impl<'a> Actor<'a> {
@@ -71,7 +95,7 @@ impl<'a> Actor<'a> {
             toe_from_ankle[side.index()] = Vec3::new(0.0, -ankle.y, front - inset - ankle.z);
             heel_from_ankle[side.index()] = Vec3::new(0.0, -ankle.y, back + inset - ankle.z);
         }
-        Self { body, toe_from_ankle, heel_from_ankle }
+        Self { body, toe_from_ankle, heel_from_ankle, stance: stance(body) }
     }
 
     fn rest(&self, part: Part) -> Vec3 {
@@ -93,9 +117,9 @@ impl<'a> Actor<'a> {
         self.rest(side.foot()).y
     }
 
-    /// Where the ankles stand: the left one's x (m). Feet a little wider apart than the hip joints.
+    /// Where the ankles stand: the left one's x (m).
     pub(super) fn stance(&self) -> f64 {
-        0.5 * (self.rest(Part::LeftThigh).x - self.rest(Part::RightThigh).x) + 0.012
+        self.stance
     }
 
     /// From the pelvis joint to a hip joint (m).
