@@ -19,8 +19,21 @@ pub struct Subject {
 
 /// The other columns of the file: not measurements.
 const NOT_MEASURED: [&str; 15] = [
-    "subjectid", "gender", "date", "installation", "component", "branch", "primarymos", "subjectsbirthlocation",
-    "subjectnumericrace", "ethnicity", "dodrace", "age", "heightin", "weightlbs", "writingpreference",
+    "subjectid",
+    "gender",
+    "date",
+    "installation",
+    "component",
+    "branch",
+    "primarymos",
+    "subjectsbirthlocation",
+    "subjectnumericrace",
+    "ethnicity",
+    "dodrace",
+    "age",
+    "heightin",
+    "weightlbs",
+    "writingpreference",
 ];
 
 /// Number of measurements of each subject.
@@ -46,15 +59,15 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<Vec<Subject>, IoError> {
         let line = error.position().map_or(1, csv::Position::line) as usize;
         IoError::line(name, line, "a table with as many cells in each row as in the first", error)
     };
-    let header: Vec<String> = rows.headers().map_err(broken)?.iter().map(|cell| cell.trim().to_ascii_lowercase()).collect();
+    let header: Vec<String> =
+        rows.headers().map_err(broken)?.iter().map(|cell| cell.trim().to_ascii_lowercase()).collect();
     let column = |wanted: &str| {
         let at = header.iter().position(|cell| cell == wanted);
         at.ok_or_else(|| IoError::field(name, format!("column \"{wanted}\""), "it to be there", "other columns"))
     };
     let (id_column, age_column) = (column("subjectid")?, column("age")?);
     column("weightkg")?;
-    let measured: Vec<usize> =
-        (0..header.len()).filter(|&at| !NOT_MEASURED.contains(&header[at].as_str())).collect();
+    let measured: Vec<usize> = (0..header.len()).filter(|&at| !NOT_MEASURED.contains(&header[at].as_str())).collect();
     if measured.len() != MEASUREMENT_COUNT {
         return Err(IoError::line(name, 1, format!("{MEASUREMENT_COUNT} measurements"), measured.len()));
     }
@@ -102,8 +115,14 @@ mod tests {
 
     fn table() -> String {
         let names: Vec<String> = (0..92).map(|index| format!("length{index}")).collect();
-        let row = |id: u32, stature: &str| format!("{id},{},{},Female,31,Cura\u{e7}ao\n", vec![stature; 92].join(","), 720);
-        format!("SubjectId,{},weightkg,Gender,Age,SubjectsBirthLocation\n{}{}", names.join(","), row(7, "1647"), row(8, "9"))
+        let row =
+            |id: u32, stature: &str| format!("{id},{},{},Female,31,Cura\u{e7}ao\n", vec![stature; 92].join(","), 720);
+        format!(
+            "SubjectId,{},weightkg,Gender,Age,SubjectsBirthLocation\n{}{}",
+            names.join(","),
+            row(7, "1647"),
+            row(8, "9")
+        )
     }
 
     fn latin_1(text: &str) -> Vec<u8> {

@@ -117,7 +117,8 @@ struct Reader<'a, L> {
 
 impl<'a, L: Iterator<Item = Line<'a>>> Reader<'a, L> {
     fn next(&mut self, wanted: &str) -> Result<Line<'a>, IoError> {
-        let line = self.lines.next().ok_or_else(|| IoError::line(self.file, self.last + 1, wanted, "the end of the file"))?;
+        let line =
+            self.lines.next().ok_or_else(|| IoError::line(self.file, self.last + 1, wanted, "the end of the file"))?;
         self.last = line.number;
         Ok(line)
     }

@@ -46,7 +46,8 @@ pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[MovingMesh<'_>]) -> Res
 }
 
 fn check(mesh: &MovingMesh<'_>, frame_count: usize, file: &str) -> Result<(), IoError> {
-    let wrong = |wanted: String, found: String| Err(IoError::field(file, format!("mesh \"{}\"", mesh.name), wanted, found));
+    let wrong =
+        |wanted: String, found: String| Err(IoError::field(file, format!("mesh \"{}\"", mesh.name), wanted, found));
     if mesh.frames.is_empty() || mesh.frames.len() != frame_count {
         return wrong(format!("{} frames", frame_count.max(1)), mesh.frames.len().to_string());
     }
@@ -89,7 +90,10 @@ mod tests {
         assert!((reader.scalar("fps").unwrap() - 30.0).abs() < 1e-12);
 
         let message = |meshes: &[MovingMesh<'_>], fps| write(&path, fps, meshes).unwrap_err().to_string();
-        assert!(message(&[mesh("body", &body), mesh("tshirt", &shirt[..2])], 30.0).contains("mesh \"tshirt\": wanted 4 frames, found 2"));
+        assert!(
+            message(&[mesh("body", &body), mesh("tshirt", &shirt[..2])], 30.0)
+                .contains("mesh \"tshirt\": wanted 4 frames, found 2")
+        );
         let (few, nan) = ([vec![[0.0; 3]; 2]], [vec![[f32::NAN; 3]; 3]]);
         assert!(message(&[mesh("body", &few)], 30.0).contains("faces of 2 vertices, found vertex 2"));
         assert!(message(&[mesh("body", &nan)], 30.0).contains("finite"));

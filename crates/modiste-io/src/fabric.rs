@@ -75,7 +75,8 @@ mod tests {
 
     #[test]
     fn errors_name_the_field() {
-        let message = |from: &str, to: &str| parse(FABRIC.replacen(from, to, 1).as_bytes(), "f.json").unwrap_err().to_string();
+        let message =
+            |from: &str, to: &str| parse(FABRIC.replacen(from, to, 1).as_bytes(), "f.json").unwrap_err().to_string();
         assert_eq!(message("0.22", "-1"), "f.json, density: wanted a number above 0, found -1");
         assert!(message("9,1,9,8", "9,1,0,8").contains("stretching[5][2]"));
         assert!(message("9,1,9,8", "9,1,9").contains("line 1"));

@@ -19,7 +19,10 @@ pub type FileWriter = BufWriter<File>;
 ///
 /// # Errors
 /// [`IoError::File`] with the path and the reason.
-pub fn write_atomically(path: impl AsRef<Path>, write: impl FnOnce(&mut FileWriter) -> io::Result<()>) -> Result<(), IoError> {
+pub fn write_atomically(
+    path: impl AsRef<Path>,
+    write: impl FnOnce(&mut FileWriter) -> io::Result<()>,
+) -> Result<(), IoError> {
     let path = path.as_ref();
     let failed = |source| IoError::file("write", path, source);
     if path.file_name().is_none() {
@@ -96,8 +99,11 @@ pub fn create_folder(path: impl AsRef<Path>) -> Result<(), IoError> {
 pub fn list_folder(path: impl AsRef<Path>) -> Result<Vec<PathBuf>, IoError> {
     let path = path.as_ref();
     let failed = |source| IoError::file("list", path, source);
-    let mut entries =
-        fs::read_dir(path).map_err(failed)?.map(|entry| Ok(entry?.path())).collect::<io::Result<Vec<_>>>().map_err(failed)?;
+    let mut entries = fs::read_dir(path)
+        .map_err(failed)?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<io::Result<Vec<_>>>()
+        .map_err(failed)?;
     entries.sort();
     Ok(entries)
 }

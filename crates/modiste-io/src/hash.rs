@@ -13,9 +13,7 @@ const ROUND_CONSTANTS: [u32; 64] = [
 
 /// The SHA-256 of some bytes as 64 lowercase hexadecimal digits.
 pub fn hash(bytes: &[u8]) -> String {
-    let mut state = [
-        0x6a09e667u32, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a, 0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19,
-    ];
+    let mut state = [0x6a09e667u32, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a, 0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19];
     let whole_blocks = bytes.len() / 64 * 64;
     let (blocks, rest) = bytes.split_at(whole_blocks);
     let mut tail = rest.to_vec();

@@ -22,7 +22,8 @@ pub fn read<T: DeserializeOwned>(path: impl AsRef<Path>) -> Result<T, IoError> {
 /// # Errors
 /// [`IoError`] naming the line and what was wrong.
 pub fn parse<T: DeserializeOwned>(bytes: &[u8], name: &str) -> Result<T, IoError> {
-    serde_json::from_slice(bytes).map_err(|error| IoError::line(name, error.line().max(1), "valid JSON of its kind", error))
+    serde_json::from_slice(bytes)
+        .map_err(|error| IoError::line(name, error.line().max(1), "valid JSON of its kind", error))
 }
 
 /// Writes a value, indented, ending with a newline.

@@ -194,7 +194,11 @@ impl ModelFile {
             return Err(wrong(format!("{:?} of shape {:?}", stored.dtype, stored.shape)));
         }
         let (elements, rest) = self.bytes[stored.bytes.clone()].as_chunks::<N>();
-        if rest.is_empty() { Ok(elements.iter().map(|&bytes| convert(bytes)).collect()) } else { Err(wrong("a part of it".to_owned())) }
+        if rest.is_empty() {
+            Ok(elements.iter().map(|&bytes| convert(bytes)).collect())
+        } else {
+            Err(wrong("a part of it".to_owned()))
+        }
     }
 
     fn finite(&self, name: &str, mut values: impl Iterator<Item = f64>) -> Result<(), IoError> {
@@ -275,7 +279,13 @@ impl<'a> Writer<'a> {
         self.add(name, shape, Dtype::U8, data.into())
     }
 
-    fn add<T: bytemuck::NoUninit>(&mut self, name: &str, shape: &[usize], dtype: Dtype, data: Cow<'a, [T]>) -> &mut Self {
+    fn add<T: bytemuck::NoUninit>(
+        &mut self,
+        name: &str,
+        shape: &[usize],
+        dtype: Dtype,
+        data: Cow<'a, [T]>,
+    ) -> &mut Self {
         let bytes = match data {
             Cow::Borrowed(data) => Cow::Borrowed(bytemuck::cast_slice(data)),
             Cow::Owned(data) => Cow::Owned(bytemuck::cast_slice(&data).to_vec()),
@@ -297,7 +307,8 @@ impl<'a> Writer<'a> {
             Ok((tensor.as_str(), view))
         });
         let views = views.collect::<Result<Vec<_>, IoError>>()?;
-        let header = serde_json::to_string(&self.header).map_err(|error| IoError::field(name, "header", "JSON", error))?;
+        let header =
+            serde_json::to_string(&self.header).map_err(|error| IoError::field(name, "header", "JSON", error))?;
         let metadata = HashMap::from([(METADATA_KEY.to_owned(), header)]);
         safetensors::serialize(views, Some(metadata)).map_err(|error| IoError::field(name, "tensors", "a model", error))
     }
@@ -331,7 +342,11 @@ mod tests {
 
     fn bytes() -> Vec<u8> {
         let mut writer = Writer::new(header());
-        writer.add_f32("template", &[2, 3], vec![0.0, 1.0, 2.0, 3.0, 4.0, -5.5]).add_i16("basis", &[1, 2], vec![-300, 9]);
+        writer.add_f32("template", &[2, 3], vec![0.0, 1.0, 2.0, 3.0, 4.0, -5.5]).add_i16(
+            "basis",
+            &[1, 2],
+            vec![-300, 9],
+        );
         writer.add_i8("a", &[1], vec![-1]).add_u8("b", &[2], vec![1, 255]).add_u32("c", &[0, 3], vec![]);
         writer.add_f64("d", &[1], vec![1e-300]);
         writer.to_bytes("m").unwrap()

@@ -87,7 +87,9 @@ fn parse_header(text: &str) -> Result<Header, (&'static str, String)> {
         .split(',')
         .map(str::trim)
         .filter(|extent| !extent.is_empty())
-        .map(|extent| extent.parse().map_err(|error| ("a shape of whole numbers", format!("{} ({error})", quote(extent)))))
+        .map(|extent| {
+            extent.parse().map_err(|error| ("a shape of whole numbers", format!("{} ({error})", quote(extent))))
+        })
         .collect::<Result<_, _>>()?;
     Ok(Header { kind, big_endian, column_major, shape, spelling: spelling.to_owned() })
 }

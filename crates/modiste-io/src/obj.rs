@@ -111,7 +111,11 @@ fn corner_vertex(line: &Line<'_>, corner: &str, vertex_count: usize) -> Result<u
     let index: i64 = line.whole(corner.split('/').next().unwrap_or_default(), WANTED)?;
     let count = vertex_count as i64;
     let from_zero = if index < 0 { count + index } else { index - 1 };
-    if (0..count).contains(&from_zero) { line.whole(&from_zero.to_string(), WANTED) } else { Err(line.error(WANTED, corner)) }
+    if (0..count).contains(&from_zero) {
+        line.whole(&from_zero.to_string(), WANTED)
+    } else {
+        Err(line.error(WANTED, corner))
+    }
 }
 
 /// Writes vertices and triangles.

@@ -212,7 +212,8 @@ impl PatternSpec {
         }
         for (index, stitch) in self.pattern.stitches.iter().enumerate() {
             for side in &stitch.sides {
-                let wrong = |wanted: &str, found: String| IoError::field(name, format!("stitch {index}"), wanted, found);
+                let wrong =
+                    |wanted: &str, found: String| IoError::field(name, format!("stitch {index}"), wanted, found);
                 let panel = self.pattern.panels.get(&side.panel);
                 let panel = panel.ok_or_else(|| wrong("panels that exist", format!("\"{}\"", side.panel)))?;
                 if side.edge >= panel.edges.len() {
@@ -315,7 +316,8 @@ mod tests {
 
     #[test]
     fn errors_name_the_part() {
-        let message = |from: &str, to: &str| parse(PATTERN.replacen(from, to, 1).as_bytes(), "p").unwrap_err().to_string();
+        let message =
+            |from: &str, to: &str| parse(PATTERN.replacen(from, to, 1).as_bytes(), "p").unwrap_err().to_string();
         let found = message("\"edge\": 2}, {\"panel\": \"back\"", "\"edge\": 3}, {\"panel\": \"back\"");
         assert_eq!(found, "p, stitch 1: wanted one of the 3 edges of panel \"front\", found 3");
         assert!(message("\"panel\": \"back\"", "\"panel\": \"side\"").contains("stitch 0: wanted panels that exist"));

@@ -266,7 +266,8 @@ mod tests {
 
     #[test]
     fn errors_name_line_or_element() {
-        let message = |from: &str, to: &str| parse(ASCII.replacen(from, to, 1).as_bytes(), "m").unwrap_err().to_string();
+        let message =
+            |from: &str, to: &str| parse(ASCII.replacen(from, to, 1).as_bytes(), "m").unwrap_err().to_string();
         assert!(message("4 0 1 2 3", "4 0 1 2 4").contains("indices below 4, found 4"));
         assert!(message("4 0 1 2 3", "4 0 1 2").contains("face 0: wanted another value"));
         assert!(message("4 0 1 2 3", "2 0 1").contains("three or more corners"));

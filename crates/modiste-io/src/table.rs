@@ -100,7 +100,8 @@ mod tests {
     fn round_trip_and_errors() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("t.csv");
-        write(&path, &["name", "mm"], [["a, \"b\"".to_owned(), "1.5".to_owned()], ["c".to_owned(), "x".to_owned()]]).unwrap();
+        write(&path, &["name", "mm"], [["a, \"b\"".to_owned(), "1.5".to_owned()], ["c".to_owned(), "x".to_owned()]])
+            .unwrap();
         let table = read(&path).unwrap();
         assert_eq!(table.text("name").unwrap(), ["a, \"b\"", "c"]);
         let message = table.numbers("mm").unwrap_err().to_string();

@@ -7,8 +7,8 @@ use gltf_json::animation::{Channel, Interpolation, Property, Sampler};
 use gltf_json::buffer::{Target as BufferTarget, View};
 use gltf_json::material::{PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
 use gltf_json::mesh::{Mode, MorphTarget, Primitive, Semantic};
-use gltf_json::validation::{Checked::Valid, USize64};
 use gltf_json::scene::UnitQuaternion;
+use gltf_json::validation::{Checked::Valid, USize64};
 use gltf_json::{Accessor, Animation, Buffer, Index, Material, Mesh, Node, Root, Scene, Skin};
 
 use super::AnimatedMesh;
@@ -63,7 +63,12 @@ impl<'a> Document<'a> {
         let mut root = Root::default();
         root.asset.generator = Some(format!("Modiste {}", env!("CARGO_PKG_VERSION")));
         let parent = root.push(Node { name: Some("figure".to_owned()), ..Node::default() });
-        root.scene = Some(root.push(Scene { extensions: None, extras: None, name: Some("scene".to_owned()), nodes: vec![parent] }));
+        root.scene = Some(root.push(Scene {
+            extensions: None,
+            extras: None,
+            name: Some("scene".to_owned()),
+            nodes: vec![parent],
+        }));
         let animation = Animation {
             extensions: None,
             extras: None,
@@ -112,7 +117,8 @@ impl<'a> Document<'a> {
         let vertices = Some(BufferTarget::ArrayBuffer);
         let positions = self.bounded(&morph.base, Type::Vec3, vertices);
         let normals = self.unbounded(&morph.base_normals, Type::Vec3, vertices);
-        let mut attributes = BTreeMap::from([(Valid(Semantic::Positions), positions), (Valid(Semantic::Normals), normals)]);
+        let mut attributes =
+            BTreeMap::from([(Valid(Semantic::Positions), positions), (Valid(Semantic::Normals), normals)]);
         if let Some(Influences { joints, weights }) = influences {
             let bytes = bytemuck::cast_slice(joints);
             let joints = self.accessor(bytes, ComponentType::U8, Type::Vec4, joints.len(), vertices);
@@ -121,7 +127,8 @@ impl<'a> Document<'a> {
         }
         let corners = mesh.faces.as_flattened();
         let triangles = Some(BufferTarget::ElementArrayBuffer);
-        let indices = self.accessor(bytemuck::cast_slice(corners), ComponentType::U32, Type::Scalar, corners.len(), triangles);
+        let indices =
+            self.accessor(bytemuck::cast_slice(corners), ComponentType::U32, Type::Scalar, corners.len(), triangles);
         let targets: Vec<MorphTarget> = morph
             .targets
             .iter()
@@ -149,7 +156,8 @@ impl<'a> Document<'a> {
             weights: has_targets.then(|| vec![0.0; morph.targets.len()]),
         });
         let skin = influences.and(self.skin);
-        let node = self.root.push(Node { mesh: Some(shape), skin, name: Some(mesh.name.to_owned()), ..Node::default() });
+        let node =
+            self.root.push(Node { mesh: Some(shape), skin, name: Some(mesh.name.to_owned()), ..Node::default() });
         if mesh.frames.len() > 1 && skin.is_none() {
             self.root.nodes[self.parent.value()].children.get_or_insert_default().push(node);
         } else {
@@ -189,7 +197,8 @@ impl<'a> Document<'a> {
 
     fn animate(&mut self, node: Index<Node>, path: Property, output: Index<Accessor>) {
         let Some(input) = self.times else { return };
-        let sampler = Sampler { extensions: None, extras: None, input, interpolation: Valid(Interpolation::Linear), output };
+        let sampler =
+            Sampler { extensions: None, extras: None, input, interpolation: Valid(Interpolation::Linear), output };
         let sampler = Index::push(&mut self.animation.samplers, sampler);
         let target = gltf_json::animation::Target { extensions: None, extras: None, node, path: Valid(path) };
         self.animation.channels.push(Channel { sampler, target, extensions: None, extras: None });

@@ -107,6 +107,9 @@ pub fn write_animation_with(
     }
     let (header, pieces) = document.finish().map_err(|error| IoError::field(&file, "the scene", "JSON", error))?;
     let bytes = header.len() + pieces.iter().map(|piece| piece.len()).sum::<usize>();
+    if u32::try_from(bytes).is_err() {
+        return Err(IoError::field(&file, "the scene", "at most 4 GiB, the limit of GLB", format!("{bytes} bytes")));
+    }
     write_atomically(path, |writer| {
         writer.write_all(&header)?;
         pieces.iter().try_for_each(|piece| writer.write_all(piece))
@@ -199,15 +202,16 @@ impl MeshSummary {
 
 /// Checks everything that comes from outside and returns the number of frames.
 fn check(fps: f64, meshes: &[AnimatedMesh<'_>], file: &str) -> Result<usize, IoError> {
-    if !(fps.is_finite() && fps > 0.0) {
-        return Err(IoError::field(file, "fps", "a number above 0", fps));
+    if !(fps > 0.0 && fps <= 1000.0) {
+        return Err(IoError::field(file, "fps", "frames a second above 0 and up to 1000", fps));
     }
     let frame_count = meshes.iter().map(|mesh| mesh.frames.len()).max().unwrap_or(0);
     if frame_count == 0 {
         return Err(IoError::field(file, "the scene", "at least one mesh with a frame", "none"));
     }
     for mesh in meshes {
-        let wrong = |wanted: &str, found: String| Err(IoError::field(file, format!("mesh \"{}\"", mesh.name), wanted, found));
+        let wrong =
+            |wanted: &str, found: String| Err(IoError::field(file, format!("mesh \"{}\"", mesh.name), wanted, found));
         if mesh.frames.len() != 1 && mesh.frames.len() != frame_count {
             return wrong(&format!("{frame_count} frames, or 1"), mesh.frames.len().to_string());
         }
@@ -371,10 +375,28 @@ mod tests {
         // The joint's keyframes turn and move as the ball does.
         let samplers = &root.animations[0].samplers;
         let [turns, places] = [0, 1].map(|index| floats(&root, binary, samplers[index].output.value()));
-        let last = modiste_core::Quat::from_slice(&turns[4 * 39..].iter().map(|&x| f64::from(x)).collect::<Vec<_>>()[..4]);
+        let last =
+            modiste_core::Quat::from_slice(&turns[4 * 39..].iter().map(|&x| f64::from(x)).collect::<Vec<_>>()[..4]);
         let wanted = modiste_core::Quat::from_rotation_y(0.7 * 3.9);
         assert!(last.angle_between(wanted) < 0.01 || last.angle_between(-wanted) < 0.01, "{last}");
         assert!((places[3 * 39] - 3.9).abs() < 0.01);
+    }
+
+    #[test]
+    fn a_single_triangle_and_a_mesh_that_never_moves_are_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("small.glb");
+        let wild = |frame: usize| {
+            let x = (frame * frame % 7) as f32;
+            vec![[x, 0.0, 1.0], [1.0, 2.0 - x, x], [0.5 * x, x, 3.0]]
+        };
+        let frames: Vec<_> = (0..9).map(wild).collect();
+        let options = Options { tolerance: 0.0, max_targets: 1, max_bones: 4 };
+        let summary = write_animation_with(&path, 30.0, &[ball(&[[0, 1, 2]], &frames)], options).unwrap();
+        assert!(summary.meshes[0].max_error.is_finite());
+        let still = vec![wild(1); 9];
+        let summary = write_animation(&path, 30.0, &[ball(&[[0, 1, 2]], &still)]).unwrap();
+        assert_eq!((summary.bones, summary.meshes[0].targets), (0, 0));
     }
 
     #[test]
@@ -397,7 +419,9 @@ mod tests {
         let message = |fps, meshes: &[AnimatedMesh<'_>]| write_animation(&path, fps, meshes).unwrap_err().to_string();
         assert!(message(0.0, &[ball(&faces, &frames)]).contains("fps"));
         assert!(message(30.0, &[]).contains("at least one mesh"));
-        assert!(message(30.0, &[ball(&faces, &frames), ball(&faces, &frames[..2])]).contains("3 frames, or 1, found 2"));
+        assert!(
+            message(30.0, &[ball(&faces, &frames), ball(&faces, &frames[..2])]).contains("3 frames, or 1, found 2")
+        );
         assert!(message(30.0, &[ball(&[[0, 1, 900]], &frames)]).contains("vertex 900"));
         frames[2][5][1] = f32::INFINITY;
         assert!(message(30.0, &[ball(&faces, &frames)]).contains("mesh \"ball\": wanted finite vertices"));

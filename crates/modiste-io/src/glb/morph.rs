@@ -177,7 +177,8 @@ mod tests {
         for (index, normals) in turned.iter().enumerate() {
             for (vertex, wanted) in normals.iter().enumerate() {
                 let shown: [f32; 3] = std::array::from_fn(|axis| {
-                    let moved = (0..count).map(|k| morph.weights[index * count + k] * morph.targets[k].normals[vertex][axis]);
+                    let moved =
+                        (0..count).map(|k| morph.weights[index * count + k] * morph.targets[k].normals[vertex][axis]);
                     morph.base_normals[vertex][axis] + moved.sum::<f32>()
                 });
                 let length = shown.iter().map(|x| x * x).sum::<f32>().sqrt();

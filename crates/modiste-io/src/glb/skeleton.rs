@@ -79,7 +79,8 @@ impl Skeleton {
         let tracks: Vec<Vec<Vec3>> = (0..frame_count)
             .map(|frame| samples.iter().map(|&(mesh, vertex)| point(meshes[mesh].frames[frame][vertex])).collect())
             .collect();
-        let coarse: Vec<Vec<Vec3>> = spread(frame_count, SAMPLE_FRAMES).into_iter().map(|frame| tracks[frame].clone()).collect();
+        let coarse: Vec<Vec<Vec3>> =
+            spread(frame_count, SAMPLE_FRAMES).into_iter().map(|frame| tracks[frame].clone()).collect();
         let clusters = cluster(&coarse, most);
         let bones: Vec<Bone> = clusters.iter().map(|members| fit(&tracks, members)).collect();
         let motions = (0..frame_count).map(|frame| bones.iter().map(|bone| bone.motion(frame)).collect()).collect();
@@ -99,8 +100,10 @@ impl Skeleton {
             ranking.sort_by(|a, b| a.0.total_cmp(&b.0));
             let candidates: Vec<usize> = ranking.iter().take(CANDIDATES).map(|&(_, bone)| bone).collect();
             let tracks: Vec<Vec<Vec3>> = candidates.iter().map(|&bone| placed(bone).collect()).collect();
-            let mut blend: Vec<(u8, f64)> =
-                convex_weights(&tracks, &wanted)?.into_iter().map(|(at, weight)| (candidates[at] as u8, weight)).collect();
+            let mut blend: Vec<(u8, f64)> = convex_weights(&tracks, &wanted)?
+                .into_iter()
+                .map(|(at, weight)| (candidates[at] as u8, weight))
+                .collect();
             let flat = |frame: usize| self.blend(frame, &blend).turn.determinant() < SMALLEST_DETERMINANT;
             if (0..frames.len()).any(flat) {
                 blend = vec![(candidates[0] as u8, 1.0)];
@@ -188,7 +191,8 @@ fn cluster(tracks: &[Vec<Vec3>], most: usize) -> Vec<Vec<usize>> {
     assign(tracks, &bones, &mut groups, &mut errors);
     while bones.len() < most {
         let total = |group: &Vec<usize>| group.iter().map(|&sample| errors[sample]).sum::<f64>();
-        let Some(worst) = groups.iter().filter(|group| group.len() >= 2 * FEWEST).max_by(|a, b| total(a).total_cmp(&total(b)))
+        let Some(worst) =
+            groups.iter().filter(|group| group.len() >= 2 * FEWEST).max_by(|a, b| total(a).total_cmp(&total(b)))
         else {
             break;
         };
@@ -211,6 +215,9 @@ fn cluster(tracks: &[Vec<Vec3>], most: usize) -> Vec<Vec<usize>> {
         assign(tracks, &bones, &mut groups, &mut errors);
     }
     groups.retain(|group| group.len() >= FEWEST);
+    if groups.is_empty() {
+        groups.push((0..rest.len()).collect());
+    }
     groups
 }
 
@@ -222,7 +229,11 @@ fn assign(tracks: &[Vec<Vec3>], bones: &[Bone], groups: &mut Vec<Vec<usize>>, er
         bones.iter().map(|bone| (0..tracks.len()).map(|frame| bone.motion(frame)).collect()).collect();
     for (sample, rest) in tracks[0].iter().enumerate() {
         let error = |motions: &Vec<Motion>| {
-            motions.iter().zip(tracks).map(|(motion, frame)| motion.apply(*rest).distance_squared(frame[sample])).sum::<f64>()
+            motions
+                .iter()
+                .zip(tracks)
+                .map(|(motion, frame)| motion.apply(*rest).distance_squared(frame[sample]))
+                .sum::<f64>()
         };
         let best = motions.iter().map(error).enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
         let (bone, error) = best.unwrap_or((0, 0.0));
@@ -258,7 +269,8 @@ fn nearest_rotation(matrix: &Mat3, start: Quat) -> Quat {
     let mut rotation = start;
     for _ in 0..MOST_TURNS {
         let now = Mat3::from_quat(rotation);
-        let torque = now.x_axis.cross(matrix.x_axis) + now.y_axis.cross(matrix.y_axis) + now.z_axis.cross(matrix.z_axis);
+        let torque =
+            now.x_axis.cross(matrix.x_axis) + now.y_axis.cross(matrix.y_axis) + now.z_axis.cross(matrix.z_axis);
         let grip = now.x_axis.dot(matrix.x_axis) + now.y_axis.dot(matrix.y_axis) + now.z_axis.dot(matrix.z_axis);
         let turn = torque / (grip.abs() + 1e-12);
         if turn.length_squared() < 1e-20 {
@@ -279,10 +291,13 @@ fn convex_weights(tracks: &[Vec<Vec3>], wanted: &[Vec3]) -> Result<Vec<(usize, f
             return Ok(vec![(last, 1.0)]);
         }
         // With the sum fixed the last weight follows from the others: minimise |Σ w_i (t_i - t_last) - (x - t_last)|².
-        let dot = |a: &dyn Fn(usize) -> Vec3, b: &dyn Fn(usize) -> Vec3| (0..wanted.len()).map(|f| a(f).dot(b(f))).sum::<f64>();
+        let dot = |a: &dyn Fn(usize) -> Vec3, b: &dyn Fn(usize) -> Vec3| {
+            (0..wanted.len()).map(|f| a(f).dot(b(f))).sum::<f64>()
+        };
         let towards = |track: usize| move |frame: usize| tracks[track][frame] - tracks[last][frame];
         let target = |frame: usize| wanted[frame] - tracks[last][frame];
-        let mut gram = Matrix::from_fn(others.len(), others.len(), |i, j| dot(&towards(others[i]), &towards(others[j])));
+        let mut gram =
+            Matrix::from_fn(others.len(), others.len(), |i, j| dot(&towards(others[i]), &towards(others[j])));
         let right = Matrix::from_fn(others.len(), 1, |i, _| dot(&towards(others[i]), &target));
         let trace: f64 = (0..others.len()).map(|i| gram[(i, i)]).sum();
         for i in 0..others.len() {
@@ -293,7 +308,8 @@ fn convex_weights(tracks: &[Vec<Vec3>], wanted: &[Vec3]) -> Result<Vec<(usize, f
         weights.push(1.0 - weights.iter().sum::<f64>());
         let smallest = (0..active.len()).min_by(|&a, &b| weights[a].total_cmp(&weights[b])).unwrap_or(0);
         if weights[smallest] >= 0.0 && active.len() <= INFLUENCES {
-            let mut pairs: Vec<(usize, f64)> = active.into_iter().zip(weights).filter(|pair| pair.1 as f32 > 0.0).collect();
+            let mut pairs: Vec<(usize, f64)> =
+                active.into_iter().zip(weights).filter(|pair| pair.1 as f32 > 0.0).collect();
             pairs.sort_by(|a, b| b.1.total_cmp(&a.1));
             return Ok(pairs);
         }
@@ -330,8 +346,9 @@ mod tests {
     #[test]
     fn an_elbow_is_two_bones_and_unposing_undoes_posing() {
         // A bar of points along X whose outer half bends about its middle, weights blending in between.
-        let bar: Vec<Vec3> =
-            (0..200).map(|i| Vec3::new(f64::from(i / 4) * 0.02, f64::from(i % 2) * 0.1, f64::from(i / 2 % 2) * 0.1)).collect();
+        let bar: Vec<Vec3> = (0..200)
+            .map(|i| Vec3::new(f64::from(i / 4) * 0.02, f64::from(i % 2) * 0.1, f64::from(i / 2 % 2) * 0.1))
+            .collect();
         let frames: Vec<Vec<[f32; 3]>> = (0..30)
             .map(|frame| {
                 let bend = Quat::from_rotation_z(f64::from(frame) * 0.05);
@@ -344,8 +361,14 @@ mod tests {
                 bar.iter().map(place).collect()
             })
             .collect();
-        let mesh =
-            AnimatedMesh { name: "bar", faces: &[], frames: &frames, colour: [1.0; 4], roughness: 1.0, double_sided: false };
+        let mesh = AnimatedMesh {
+            name: "bar",
+            faces: &[],
+            frames: &frames,
+            colour: [1.0; 4],
+            roughness: 1.0,
+            double_sided: false,
+        };
         let skeleton = Skeleton::find(&[&mesh], 2);
         assert_eq!(skeleton.bones.len(), 2);
         let influences = skeleton.influences(&frames).unwrap();

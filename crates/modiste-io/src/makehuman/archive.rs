@@ -45,7 +45,8 @@ impl Archive {
         Read::by_ref(&mut file).take(6).read_to_end(&mut magic).map_err(failed)?;
         let mut file = BufReader::new(file);
         io::Seek::rewind(&mut file).map_err(failed)?;
-        let damaged = |error: &dyn std::fmt::Display| IoError::field(&file_name, "the archive", "intact packed files", error);
+        let damaged =
+            |error: &dyn std::fmt::Display| IoError::field(&file_name, "the archive", "intact packed files", error);
         if magic.starts_with(b"PK") {
             let zip = ZipArchive::new(file).map_err(|error| damaged(&error))?;
             let entries = (0..zip.len())

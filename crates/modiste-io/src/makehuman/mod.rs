@@ -122,7 +122,9 @@ impl MakeHumanFiles {
         let name = self.inside(PATH);
         let groups: VertexGroups = json::parse(&self.get(PATH)?, &name)?;
         for (group, ranges) in &groups {
-            if let Some(range) = ranges.iter().find(|range| range[0] > range[1] || range[1] as usize >= BASE_VERTEX_COUNT) {
+            if let Some(range) =
+                ranges.iter().find(|range| range[0] > range[1] || range[1] as usize >= BASE_VERTEX_COUNT)
+            {
                 let wanted = format!("rising ranges below {BASE_VERTEX_COUNT}");
                 return Err(IoError::field(&name, format!("group \"{group}\""), wanted, format!("{range:?}")));
             }

@@ -58,7 +58,8 @@ pub(super) fn parse(bytes: &[u8], groups: &VertexGroups, name: &str) -> Result<V
             RawEnd::Vertex { vertex_index } => vec![*vertex_index],
             RawEnd::Mean { vertex_indices } => vertex_indices.clone(),
             RawEnd::Cube { cube_name } => {
-                let ranges = groups.get(cube_name).ok_or_else(|| wrong("a joint cube that exists", cube_name.clone()))?;
+                let ranges =
+                    groups.get(cube_name).ok_or_else(|| wrong("a joint cube that exists", cube_name.clone()))?;
                 ranges.iter().flat_map(|range| range[0]..=range[1]).collect()
             }
         };
