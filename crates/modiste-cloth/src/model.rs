@@ -132,6 +132,16 @@ impl ClothModel {
         Ok(())
     }
 
+    /// Restricts contact to the limbs that each vertex covers.
+    ///
+    /// # Errors
+    /// A count that does not match.
+    pub fn set_collision_groups(&mut self, groups: CollisionGroups) -> Result<(), ClothError> {
+        check_count("collision groups", self.topology.vertex_count(), groups.vertex_count())?;
+        self.groups = Some(groups);
+        Ok(())
+    }
+
     /// Makes an elastic thread along edges whose rest length is `scale` times that in the panel, of `modulus` (N: force per
     /// relative stretch).
     ///

@@ -35,6 +35,16 @@ impl CollisionGroups {
         Self { home }
     }
 
+    /// Number of cloth vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.home.len()
+    }
+
+    /// Lets a vertex also collide with the limb of `part`: cloth that lies near a joint of two limbs.
+    pub fn add(&mut self, vertex: usize, part: Part) {
+        self.home[vertex] |= 1 << limb(part);
+    }
+
     /// Bit set of the limbs (trunk, left arm, right arm, left leg, right leg) that a vertex covers.
     pub fn home(&self, vertex: usize) -> u8 {
         self.home[vertex]

@@ -8,13 +8,16 @@ use modiste_core::Vec3;
 use super::TrainingError;
 use crate::dress::{Carrier, Dressed, Mannequin, Tailor, TailorOptions};
 use crate::pattern::{GARMENTS, builtin};
-use crate::{BodyCollider, ClothState, Solver};
+use crate::{BodyCollider, ClothState, CollisionGroups, Solver};
 
 /// Frames from the template pose to the first pose of a motion.
 const LEAD_IN_FRAMES: usize = 24;
 
 /// Frames in which a motion takes up speed after the lead-in.
 const EASE_IN_FRAMES: usize = 10;
+
+/// Cloth nearer than this to a limb in the template pose collides with it (m).
+const NEAR: f64 = 0.035;
 
 /// Stretch (99th percentile) beyond which a frame is no example to learn from.
 const MAX_STRETCH: f64 = 0.25;
@@ -29,6 +32,7 @@ pub struct Wardrobe {
     mean: Mannequin,
     template: Dressed,
     carrier: Carrier,
+    groups: CollisionGroups,
 }
 
 /// A garment through a motion.
@@ -60,7 +64,8 @@ impl Wardrobe {
         let template = tailor.dress(&mean)?;
         template.quality.check()?;
         let carrier = Carrier::new(&template.state.positions, &mean.vertices);
-        Ok(Self { model: Arc::clone(model), tailor, mean, template, carrier })
+        let groups = groups(&tailor, &mean, &template.state.positions);
+        Ok(Self { model: Arc::clone(model), tailor, mean, template, carrier, groups })
     }
 
     /// The body model.
@@ -116,8 +121,11 @@ impl Wardrobe {
     ) -> Result<Simulation, TrainingError> {
         let (name, motion) = sequence;
         let motion = with_lead_in(body, motion).ok_or_else(|| TrainingError::NoFrames(name.to_owned()))?;
-        let mut solver = Solver::new(&dressed.model, self.tailor.options().solver);
+        let mut model = dressed.model.clone();
+        model.set_collision_groups(self.groups.clone())?;
+        let mut solver = Solver::new(&model, self.tailor.options().solver);
         let mut collider = BodyCollider::new(Arc::clone(self.model.topology()), body.rest_vertices())?;
+        collider.set_face_parts(self.model.face_parts())?;
         let mut state: ClothState = dressed.state.clone();
         state.velocities.fill(Vec3::ZERO);
         let mut vertices = Vec::new();
@@ -126,8 +134,8 @@ impl Wardrobe {
         for (frame, pose) in simulation.motion.frames.iter().enumerate() {
             body.pose(pose, &mut vertices);
             collider.advance_to(&vertices);
-            let report = solver.step(&dressed.model, &mut state, &mut collider, 1.0 / simulation.motion.fps)?;
-            let stretch = state.edge_stretch(&dressed.model).percentile_99;
+            let report = solver.step(&model, &mut state, &mut collider, 1.0 / simulation.motion.fps)?;
+            let stretch = state.edge_stretch(&model).percentile_99;
             if stretch > MAX_STRETCH {
                 return Err(TrainingError::Torn { frame, stretch });
             }
@@ -138,6 +146,23 @@ impl Wardrobe {
         }
         Ok(simulation)
     }
+}
+
+/// The limbs that each cloth vertex collides with: those of its faces' parts, and those that it lies near.
+///
+/// Cloth that belongs to one limb lets another pass, or the shirt would be clamped between a hanging arm and the trunk and
+/// torn when they part.
+fn groups(tailor: &Tailor, body: &Mannequin, positions: &[Vec3]) -> CollisionGroups {
+    let cut = tailor.cut();
+    let mut groups = CollisionGroups::from_face_parts(cut.topology(), cut.face_parts());
+    for (vertex, x) in positions.iter().enumerate() {
+        for (v, &part) in body.vertices.iter().zip(&body.vertex_parts) {
+            if v.distance_squared(*x) < NEAR * NEAR {
+                groups.add(vertex, part);
+            }
+        }
+    }
+    groups
 }
 
 /// The motion led in from the template pose: a smooth transition, then the motion taking up speed.
