@@ -336,6 +336,42 @@ mod tests {
         assert!(Reader::open("no/such.npz").unwrap_err().to_string().contains("no/such.npz"));
     }
 
+    /// A disk with room for some bytes.
+    struct SmallDisk(Cursor<Vec<u8>>, usize);
+
+    impl Write for SmallDisk {
+        fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+            if self.0.get_ref().len() + bytes.len() > self.1 {
+                return Err(std::io::ErrorKind::StorageFull.into());
+            }
+            self.0.write(bytes)
+        }
+
+        fn flush(&mut self) -> std::io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl std::io::Seek for SmallDisk {
+        fn seek(&mut self, to: std::io::SeekFrom) -> std::io::Result<u64> {
+            self.0.seek(to)
+        }
+    }
+
+    #[test]
+    fn a_full_disk_is_an_error_wherever_it_fills_up() {
+        let write = |room: usize| {
+            let mut archive = ArchiveWriter::new(SmallDisk(Cursor::new(Vec::new()), room));
+            archive.add("a", &[50], [&[1.0f32; 50][..]])?;
+            archive.add("b", &[50], [&[2.0f32; 50][..]])?;
+            archive.finish()
+        };
+        assert!(write(5000).is_ok());
+        for room in (0..800).step_by(50) {
+            assert_eq!(write(room).unwrap_err().kind(), std::io::ErrorKind::StorageFull, "room for {room} bytes");
+        }
+    }
+
     #[test]
     fn a_shape_that_does_not_fit_is_not_written() {
         let folder = tempfile::tempdir().unwrap();

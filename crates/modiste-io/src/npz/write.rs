@@ -1,7 +1,7 @@
 //! Writing arrays: collected and saved at once, or streamed one after the other.
 
 use std::borrow::Cow;
-use std::io::{self, Seek, Write};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use modiste_core::Vec3;
@@ -122,7 +122,7 @@ impl<'a> Writer<'a> {
 
 /// Writes arrays one after the other into an npz without holding them: for results longer than memory.
 pub struct ArchiveWriter<W: Write + Seek> {
-    archive: ZipWriter<W>,
+    archive: ZipWriter<Latched<W>>,
 }
 
 impl<W: Write + Seek> std::fmt::Debug for ArchiveWriter<W> {
@@ -134,7 +134,7 @@ impl<W: Write + Seek> std::fmt::Debug for ArchiveWriter<W> {
 impl<W: Write + Seek> ArchiveWriter<W> {
     /// Starts an archive.
     pub fn new(writer: W) -> Self {
-        Self { archive: ZipWriter::new(writer) }
+        Self { archive: ZipWriter::new(Latched { writer, position: 0, failed: false }) }
     }
 
     /// Adds an array whose elements come in pieces, in order.
@@ -170,6 +170,54 @@ impl<W: Write + Seek> ArchiveWriter<W> {
     /// # Errors
     /// Why it could not be written.
     pub fn finish(self) -> io::Result<()> {
-        self.archive.finish()?.flush()
+        let mut latched = self.archive.finish()?;
+        latched.flush()?;
+        if latched.failed {
+            return Err(io::Error::other("an earlier part of the archive could not be written"));
+        }
+        Ok(())
+    }
+}
+
+/// Swallows what comes after the first error, which the caller has been given: `ZipWriter` tries once more to complete
+/// the archive when it is dropped and would print the second failure.
+struct Latched<W> {
+    writer: W,
+    /// Where the writer is, or would be.
+    position: u64,
+    failed: bool,
+}
+
+impl<W> Latched<W> {
+    fn guard<T>(&mut self, swallowed: T, act: impl FnOnce(&mut W) -> io::Result<T>) -> io::Result<T> {
+        if self.failed {
+            return Ok(swallowed);
+        }
+        let outcome = act(&mut self.writer);
+        self.failed = outcome.as_ref().is_err_and(|error| error.kind() != io::ErrorKind::Interrupted);
+        outcome
+    }
+}
+
+impl<W: Write> Write for Latched<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.guard(bytes.len(), |writer| writer.write(bytes))?;
+        self.position += count as u64;
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.guard((), Write::flush)
+    }
+}
+
+impl<W: Seek> Seek for Latched<W> {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let swallowed = match to {
+            SeekFrom::Start(position) => position,
+            SeekFrom::Current(by) | SeekFrom::End(by) => self.position.saturating_add_signed(by),
+        };
+        self.position = self.guard(swallowed, |writer| writer.seek(to))?;
+        Ok(self.position)
     }
 }
