@@ -1,11 +1,14 @@
-//! Chores of the workspace: `cargo xtask ci | deps | test`.
+//! Chores of the workspace: `cargo xtask ci | deps | test | report | assets`.
 #![expect(clippy::print_stdout, reason = "a program at a terminal")]
 
+mod assets;
 mod check;
 mod deps;
+mod report;
 mod shell;
 
-use anyhow::Result;
+use std::process::ExitCode;
+
 use clap::{Parser, Subcommand};
 
 /// Chores of the Modiste workspace.
@@ -24,12 +27,25 @@ enum Chore {
     Deps,
     /// Format, lints, dependencies and all tests: what the continuous integration runs.
     Test,
+    /// Measure what the project claims and write it to `calibration/`.
+    Report(report::Arguments),
+    /// Make the models in `assets/` again from source.
+    Assets(assets::Arguments),
 }
 
-fn main() -> Result<()> {
-    match Arguments::parse().chore {
+fn main() -> ExitCode {
+    let result = match Arguments::parse().chore {
         Chore::Ci => check::ci(),
         Chore::Deps => deps::check(),
         Chore::Test => check::test(),
+        Chore::Report(arguments) => report::run(&arguments),
+        Chore::Assets(arguments) => assets::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
     }
 }

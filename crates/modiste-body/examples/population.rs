@@ -1,32 +1,52 @@
-//! Solves the populations of both genders from the shared data: `population <count> <out folder>`.
-use std::path::Path;
-use modiste_body::population::{BodySpace, PopulationOptions, SoftDirections, ansur_subjects, choose, solve, statistics, write};
-use modiste_body::{Gender, MakeHumanModel, MeasureTemplate};
+//! Makes the populations from a folder of public files: `population [count] [sources] [out]`.
+
+use std::path::PathBuf;
+
+use modiste_body::Gender;
+use modiste_body::population::{PopulationOptions, PopulationReport, PopulationSources, make};
 use modiste_core::Silent;
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let args: Vec<String> = std::env::args().collect();
-    let count: usize = args[1].parse()?;
-    let data = Path::new("../../shared/data/bodies");
-    let data = if data.exists() { data } else { Path::new("../shared/data/bodies") };
-    let t = std::time::Instant::now();
-    let files = modiste_io::makehuman::open(data.join("makehuman_cc0_subset.tar.xz"))?;
-    for gender in Gender::ALL {
-        if args.len() > 3 && args[3] != gender.name() { continue }
-        let model = MakeHumanModel::new(&files, gender)?;
-        eprintln!("model {:?}", t.elapsed());
-        let template = MeasureTemplate::new(model.topology(), model.face_parts())?;
-        let soft = SoftDirections::default();
-        let space = BodySpace::new(&model, &soft);
-        let table = modiste_io::ansur::read(data.join(format!("ansur2_{}.csv.gz", gender.name())))?;
-        let subjects = choose(ansur_subjects(&table)?, count, 2012)?;
-        let population = solve(&space, &template, &subjects, &PopulationOptions::default(), &Silent)?;
-        eprintln!("solved {:?}", t.elapsed());
-        write(format!("{}/population-{}.npz", args[2], gender.name()), &population)?;
-        let s = statistics(&population)?;
-        for q in &s.quantities {
-            println!("{:18} mean {:.4} sd {:.4} target {:.4} {:.4} survey {:.4} {:.4} | bias {:+.4} rms {:.4} p95 {:.4} worst {:.4} | twin rms {:.4}", q.quantity.name(), q.mean, q.std_dev, q.target_mean, q.target_std_dev, q.survey_mean, q.survey_std_dev, q.residual.bias, q.residual.rms, q.residual.percentile_95, q.residual.worst, q.residual_without_soft.rms);
-        }
-        println!("corr {:.3}", s.worst_correlation_error);
-    }
+    let mut arguments = std::env::args().skip(1);
+    let count = arguments.next().map_or(Ok(1000), |count| count.parse())?;
+    let sources = arguments.next().map_or_else(|| PathBuf::from("../shared/data/bodies"), PathBuf::from);
+    let out = arguments.next().map_or_else(|| PathBuf::from("training"), PathBuf::from);
+    let options = PopulationOptions { count, ..PopulationOptions::default() };
+    let report = make(&PopulationSources::find(sources)?, &Gender::ALL, &options, out, &Silent)?;
+    print(&report);
     Ok(())
+}
+
+#[expect(clippy::print_stdout, reason = "the figures are what this program is for")]
+fn print(report: &PopulationReport) {
+    if let Some(carried) = &report.carried {
+        let (template, worst) = (1000.0 * carried.template_rms, 1000.0 * carried.worst_rms);
+        println!("carried directions: {template:.2} mm RMS at the mean, at worst {worst:.2} mm at ±2");
+    }
+    for population in &report.populations {
+        let (count, held) = (population.count, population.held_out);
+        println!("\n{}: {count} bodies, {held} held out", population.gender.name());
+        println!(
+            "quantity              mean  (error)    SD  (error)   residual: bias     rms     p95   worst  twin rms"
+        );
+        for q in &population.quantities {
+            println!(
+                "{:18} {:7.3} {:6.2}% {:7.4} {:6.2}%  {:+13.4} {:7.4} {:7.4} {:7.4} {:8.4}",
+                q.quantity.name(),
+                q.mean,
+                100.0 * q.mean_error,
+                q.std_dev,
+                100.0 * q.std_dev_error,
+                q.residual.bias,
+                q.residual.rms,
+                q.residual.percentile_95,
+                q.residual.worst,
+                q.residual_without_soft.rms
+            );
+        }
+        println!("worst correlation error {:.3}", population.worst_correlation_error);
+        println!("self-intersecting {}, degenerate {}", population.self_intersecting, population.degenerate);
+        println!("distance to the twins without soft directions {:.2} mm", 1000.0 * population.twin_distance);
+        println!("soft coefficients, SD: {:.2?}", population.soft_std_devs);
+    }
 }

@@ -24,7 +24,9 @@ pub enum ClothError {
         count: usize,
     },
     /// A face has (almost) no area in panel space, or its corners run clockwise there.
-    #[error("face {face} has a rest area of {area:.3e} m² in panel space; counter-clockwise corners with positive area wanted")]
+    #[error(
+        "face {face} has a rest area of {area:.3e} m² in panel space; counter-clockwise corners with positive area wanted"
+    )]
     DegenerateFace {
         /// The face at fault.
         face: usize,

@@ -101,7 +101,11 @@ impl ClothModel {
             }
         }
         if let Some(vertex) = areas.iter().position(|&area| area <= 0.0) {
-            return Err(ClothError::Value { field: "vertex area", want: "positive: a vertex without face", found: vertex as f64 });
+            return Err(ClothError::Value {
+                field: "vertex area",
+                want: "positive: a vertex without face",
+                found: vertex as f64,
+            });
         }
         let hinges =
             topology.edges().iter().filter_map(|e| Hinge::new(&topology, &rest_faces, e, &fabric.bend)).collect();

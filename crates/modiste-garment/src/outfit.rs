@@ -137,7 +137,8 @@ impl Outfit {
             layers.push(Layer {
                 synthesis,
                 fit: Fit::new(&garment.topology, &garment.waist_band, options.clone()),
-                surface: (!is_outermost).then(|| Obstacle::garment(garment.topology.clone(), &vertices, CLOTH_THICKNESS)),
+                surface: (!is_outermost)
+                    .then(|| Obstacle::garment(garment.topology.clone(), &vertices, CLOTH_THICKNESS)),
                 members: (0..garment.topology.vertex_count() as u32).collect(),
                 body_members: own_members,
                 vertices,

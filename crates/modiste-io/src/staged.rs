@@ -12,11 +12,12 @@ use crate::{IoError, create_folder, list_folder};
 #[derive(Debug)]
 pub struct StagedFolder {
     target: PathBuf,
+    parent: PathBuf,
     staging: tempfile::TempDir,
 }
 
 impl StagedFolder {
-    /// Opens a staging folder beside `target`, whose missing parents are created.
+    /// Opens a staging folder beside `target`, or beside its first missing parent.
     ///
     /// # Errors
     /// [`IoError::File`] when `target` is a file, or its parent cannot be written.
@@ -30,18 +31,23 @@ impl StagedFolder {
             // Moving files into it needs its permission, which is asked for now rather than when all work is done.
             tempfile::Builder::new().prefix(".modiste-").tempfile_in(&target).map_err(failed)?;
         }
-        let parent = match target.parent() {
+        let beside = |path: &Path| match path.parent() {
             Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
             Some(_) => PathBuf::from("."),
-            None => target.clone(),
+            None => path.to_path_buf(),
         };
-        create_folder(&parent)?;
+        let parent = beside(&target);
+        // Missing parents are made at the end, so that nothing is left of what was refused.
+        let mut place = parent.clone();
+        while !place.exists() {
+            place = beside(&place);
+        }
         let mut builder = tempfile::Builder::new();
         builder.prefix(".modiste-").suffix(".partial");
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777)); // the process's umask still applies
-        let staging = builder.tempdir_in(&parent).map_err(failed)?;
-        Ok(Self { target, staging })
+        let staging = builder.tempdir_in(&place).map_err(failed)?;
+        Ok(Self { target, parent, staging })
     }
 
     /// Where results are put until they are complete.
@@ -49,12 +55,25 @@ impl StagedFolder {
         self.staging.path()
     }
 
+    /// An error in the staging folder, told of the place in the target that the user knows.
+    #[must_use]
+    pub fn retold(&self, error: IoError) -> IoError {
+        let staging = self.staging.path().display().to_string();
+        match error {
+            IoError::File { action, path, source } => {
+                let target = self.target.display().to_string();
+                IoError::File { action, path: path.replace(&staging, &target), source }
+            }
+            other => other,
+        }
+    }
+
     /// Moves everything to the target. Files of the same name there are replaced, others stay.
     ///
     /// # Errors
     /// [`IoError::File`] with the path and the reason.
     pub fn commit(self) -> Result<PathBuf, IoError> {
-        let Self { target, staging } = self;
+        let Self { target, parent, staging } = self;
         let failed = |source| IoError::file("write the folder", &target, source);
         if target.is_dir() {
             for entry in list_folder(staging.path())? {
@@ -64,6 +83,7 @@ impl StagedFolder {
             }
             staging.close().map_err(failed)?;
         } else {
+            create_folder(&parent)?;
             fs::rename(staging.path(), &target).map_err(failed)?;
             let _moved = staging.keep();
         }
@@ -100,6 +120,9 @@ mod tests {
         let root = tempfile::tempdir().unwrap();
         let staged = StagedFolder::new(root.path().join("out")).unwrap();
         write_bytes(staged.path().join("half"), b"1").unwrap();
+        let error = read_bytes(staged.path().join("absent")).unwrap_err();
+        let wanted = format!("cannot read {}", root.path().join("out/absent").display());
+        assert!(staged.retold(error).to_string().starts_with(&wanted));
         drop(staged);
         assert!(list_folder(root.path()).unwrap().is_empty());
     }

@@ -6,7 +6,7 @@ use modiste_core::render::{Camera, Figure, Image, Paint, bounds_of, contact_shee
 use crate::Animation;
 
 /// Size of one tile (pixels).
-const TILE: [usize; 2] = [420, 640];
+const TILE: [usize; 2] = [380, 640];
 /// From where a person is seen in a contact sheet, relative to their heading (rad).
 const AZIMUTH: f64 = 0.45;
 /// How far above the horizon the camera stands (rad).

@@ -225,10 +225,7 @@ fn body_topology(base: &Polygons) -> Result<Topology, MakeHumanError> {
 }
 
 /// Weights per body vertex: bones merged to parts, made symmetric, normalised, heaviest first.
-fn skin_weights(
-    bones: &SkinWeights,
-    vertices: &[Vec3],
-) -> Result<Vec<Vec<(Part, f64)>>, MakeHumanError> {
+fn skin_weights(bones: &SkinWeights, vertices: &[Vec3]) -> Result<Vec<Vec<(Part, f64)>>, MakeHumanError> {
     let mut dense = vec![[0.0; Part::COUNT]; vertices.len()];
     for (bone, entries) in bones {
         let part = part_of_bone(bone).ok_or_else(|| MakeHumanError::UnknownBone { bone: bone.clone() })?;

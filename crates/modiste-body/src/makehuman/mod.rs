@@ -17,9 +17,9 @@ use crate::{Gender, Part};
 
 pub use load::MakeHumanError;
 pub use modiste_io::makehuman::BODY_VERTEX_COUNT;
+use parameters::Factor;
 pub use parameters::{Parameter, ParameterKind};
 pub(crate) use template_pose::skin;
-use parameters::Factor;
 
 /// A displacement of some of the points (m).
 #[derive(Debug, Clone, Default)]
@@ -208,13 +208,19 @@ pub(crate) mod tests {
     pub(crate) fn model(gender: Gender) -> Option<&'static MakeHumanModel> {
         static MODELS: OnceLock<Option<[MakeHumanModel; 2]>> = OnceLock::new();
         let models = MODELS.get_or_init(|| {
-            let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/bodies/makehuman_cc0_subset.tar.xz"));
+            let path = Path::new(concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/../../../shared/data/bodies/makehuman_cc0_subset.tar.xz"
+            ));
             if !path.exists() {
                 eprintln!("skipped: {} is absent", path.display());
                 return None;
             }
             let files = modiste_io::makehuman::open(path).expect("readable archive");
-            Some([Gender::Female, Gender::Male].map(|gender| MakeHumanModel::new(&files, gender).expect("complete archive")))
+            Some(
+                [Gender::Female, Gender::Male]
+                    .map(|gender| MakeHumanModel::new(&files, gender).expect("complete archive")),
+            )
         });
         models.as_ref().map(|models| &models[usize::from(gender == Gender::Male)])
     }

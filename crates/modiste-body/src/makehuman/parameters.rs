@@ -71,7 +71,11 @@ impl Factor {
     pub(super) fn derivative(self, values: &[f64], by: usize) -> f64 {
         match self {
             Self::Knots { parameter, values: [low, middle, high] } if parameter == by => {
-                if values[parameter] < 0.5 { 2.0 * (middle - low) } else { 2.0 * (high - middle) }
+                if values[parameter] < 0.5 {
+                    2.0 * (middle - low)
+                } else {
+                    2.0 * (high - middle)
+                }
             }
             Self::Share { parameter, all } if all.contains(&by) => {
                 let total: f64 = all.iter().map(|&index| values[index]).sum();
@@ -170,7 +174,8 @@ impl ParameterTable {
             })
             .collect();
         if gender == Gender::Female {
-            parameters.extend(BREAST_MACROS.iter().map(|name| Parameter::new(name, ParameterKind::Macro, [0.0, 1.0], 0.5)));
+            parameters
+                .extend(BREAST_MACROS.iter().map(|name| Parameter::new(name, ParameterKind::Macro, [0.0, 1.0], 0.5)));
         }
         let first_ancestry = parameters.len();
         parameters
@@ -209,7 +214,7 @@ impl ParameterTable {
             for (muscle, muscle_factor) in self.levels("muscle", "muscle") {
                 for (weight, weight_factor) in self.levels("weight", "weight") {
                     let stem = format!("{sex}-{age}-{muscle}-{weight}");
-                    let build = vec![age_factor, muscle_factor, weight_factor];
+                    let build = [age_factor, muscle_factor, weight_factor];
                     let mut add = |name: String, more: &[Factor]| {
                         terms.push((vec![name], build.iter().chain(more).copied().collect()));
                     };
@@ -270,7 +275,8 @@ mod tests {
         };
         assert!((total("macrodetails/universal") - 1.0).abs() < 1e-12);
         assert!((total("breast/") - 1.0).abs() < 1e-12);
-        let ancestries: f64 = ["african", "asian", "caucasian"].map(|name| total(&format!("macrodetails/{name}"))).iter().sum();
+        let ancestries: f64 =
+            ["african", "asian", "caucasian"].map(|name| total(&format!("macrodetails/{name}"))).iter().sum();
         assert!((ancestries - 1.0).abs() < 1e-12);
     }
 

@@ -3,11 +3,13 @@
 //! Landmarks are vertices of the topology, so they lie at the same place on every body; girths are convex hulls of
 //! plane sections, arms cut off by part, as a tape measures. The definitions follow ANSUR II.
 
+mod level;
 mod quantity;
 mod section;
 
 use modiste_core::{Topology, Vec3, volume};
 
+use level::{Level, chain, distance, floor, give, mean, mean_point, minus, plus, scaled, stature};
 pub use quantity::{Measurements, Quantity};
 use section::{Section, SectionGradient};
 
@@ -108,12 +110,6 @@ pub struct MeasureTemplate {
     topology: std::sync::Arc<Topology>,
     edges: [Vec<[u32; 2]>; Region::COUNT],
     buttock_candidates: Vec<u32>,
-}
-
-/// A height or other number with its derivative.
-struct Level {
-    value: f64,
-    gradient: SparseGradient,
 }
 
 impl MeasureTemplate {
@@ -331,70 +327,83 @@ fn region_edges(topology: &Topology, face_parts: &[Part], region: Region) -> Vec
         .collect()
 }
 
-fn stature(x: &[Vec3], gradient: Option<&mut SparseGradient>) -> f64 {
-    give(minus(highest(x), floor(x)), gradient)
-}
+#[cfg(test)]
+mod tests {
+    use modiste_core::Vec3;
 
-fn floor(x: &[Vec3]) -> Level {
-    extreme(x, (0..x.len()).min_by(|&i, &j| x[i].y.total_cmp(&x[j].y)))
-}
+    use super::{MeasureError, MeasureTemplate, Quantity, measure};
+    use crate::Gender;
+    use crate::makehuman::tests::model;
 
-fn highest(x: &[Vec3]) -> Level {
-    extreme(x, (0..x.len()).max_by(|&i, &j| x[i].y.total_cmp(&x[j].y)))
-}
-
-fn extreme(x: &[Vec3], vertex: Option<usize>) -> Level {
-    vertex.map_or(Level { value: 0.0, gradient: SparseGradient::new() }, |vertex| Level {
-        value: x[vertex].y,
-        gradient: vec![(vertex as u32, Vec3::Y)],
-    })
-}
-
-fn mean_point(vertices: &[u32], x: &[Vec3]) -> Vec3 {
-    vertices.iter().map(|&vertex| x[vertex as usize]).sum::<Vec3>() / vertices.len() as f64
-}
-
-fn mean(vertices: &[u32], x: &[Vec3], direction: Vec3) -> Level {
-    let share = direction / vertices.len() as f64;
-    Level {
-        value: mean_point(vertices, x).dot(direction),
-        gradient: vertices.iter().map(|&vertex| (vertex, share)).collect(),
+    #[test]
+    fn average_bodies_measure_as_people_do() {
+        for gender in Gender::ALL {
+            let Some(model) = model(gender) else { return };
+            let template = MeasureTemplate::new(model.topology(), model.face_parts()).expect("our topology");
+            let measured = template.measure(&model.vertices(&model.default_parameters())).expect("finite");
+            // Every length of MakeHuman's average body is within a quarter of its subjects' mean, mass within a third.
+            let survey = crate::population::AnsurStatistics::committed(gender).expect("figures");
+            for (q, mean) in crate::population::ANSUR_QUANTITIES.iter().zip(&survey.means) {
+                let ratio = measured.get(q.quantity) / mean;
+                let slack = if q.quantity == Quantity::BodyMass { 0.34 } else { 0.25 };
+                assert!((ratio - 1.0).abs() < slack, "{gender:?} {:?}: {ratio}", q.quantity);
+            }
+            let arms = measured.upper_arm_length + measured.lower_arm_length;
+            assert!((measured.arm_length - arms).abs() < 1e-12);
+        }
     }
-}
 
-fn distance(from: &[u32], to: &[u32], x: &[Vec3]) -> Level {
-    let between = mean_point(to, x) - mean_point(from, x);
-    let direction = between.normalize_or_zero();
-    let mut gradient = mean(to, x, direction).gradient;
-    gradient.extend(mean(from, x, -direction).gradient);
-    Level { value: between.length(), gradient }
-}
-
-fn scaled(mut gradient: SparseGradient, by: f64) -> SparseGradient {
-    for (_, g) in &mut gradient {
-        *g *= by;
+    #[test]
+    fn measurements_do_not_depend_on_place_and_scale_with_the_body() {
+        let Some(model) = model(Gender::Female) else { return };
+        let template = MeasureTemplate::new(model.topology(), model.face_parts()).expect("our topology");
+        let vertices = model.vertices(&model.default_parameters());
+        let plain = measure(&template, &vertices);
+        let moved: Vec<Vec3> = vertices.iter().map(|p| *p + Vec3::new(3.0, 1.0, -2.0)).collect();
+        let moved = measure(&template, &moved);
+        for quantity in Quantity::ALL {
+            assert!((plain.get(quantity) - moved.get(quantity)).abs() < 1e-9, "{quantity:?}");
+        }
+        let larger: Vec<Vec3> = vertices.iter().map(|p| 1.1 * *p).collect();
+        let larger = measure(&template, &larger);
+        assert!((larger.waist_girth - 1.1 * plain.waist_girth).abs() < 1e-9);
+        assert!((larger.body_mass - 1.331 * plain.body_mass).abs() < 1e-6);
     }
-    gradient
-}
 
-fn plus(mut a: Level, b: Level) -> Level {
-    a.gradient.extend(b.gradient);
-    Level { value: a.value + b.value, gradient: a.gradient }
-}
-
-fn minus(a: Level, b: Level) -> Level {
-    plus(a, Level { value: -b.value, gradient: scaled(b.gradient, -1.0) })
-}
-
-fn give(level: Level, gradient: Option<&mut SparseGradient>) -> f64 {
-    if let Some(gradient) = gradient {
-        gradient.extend(level.gradient);
+    #[test]
+    fn gradients_agree_with_finite_differences_along_a_smooth_deformation() {
+        let Some(model) = model(Gender::Male) else { return };
+        let template = MeasureTemplate::new(model.topology(), model.face_parts()).expect("our topology");
+        let vertices = model.vertices(&model.default_parameters());
+        // Smooth and asymmetric; a little of it first, so that no two vertices tie for an extreme.
+        let field: Vec<Vec3> = vertices
+            .iter()
+            .map(|p| Vec3::new((3.0 * p.y + p.x).sin(), (2.0 * p.x + p.z).cos(), (4.0 * p.y + 1.0).cos()))
+            .collect();
+        let vertices: Vec<Vec3> = vertices.iter().zip(&field).map(|(p, d)| *p + 0.003 * *d).collect();
+        let at = |step: f64| -> Vec<Vec3> { vertices.iter().zip(&field).map(|(p, d)| *p + step * *d).collect() };
+        let step = 1e-6;
+        let (above, below) = (measure(&template, &at(step)), measure(&template, &at(-step)));
+        for quantity in Quantity::ALL {
+            let (value, gradient) = template.quantity_with_gradient(quantity, &vertices);
+            assert!((value - measure(&template, &vertices).get(quantity)).abs() < 1e-12);
+            let analytic: f64 = gradient.iter().map(|(vertex, g)| g.dot(field[*vertex as usize])).sum();
+            let numeric = (above.get(quantity) - below.get(quantity)) / (2.0 * step);
+            // The tilt of these planes is held fixed in the derivative.
+            let tilted = matches!(quantity, Quantity::NeckGirth | Quantity::UpperArmGirth | Quantity::WristGirth);
+            let slack = if tilted { 0.15 * (1.0 + numeric.abs()) } else { 1e-4 * (1.0 + numeric.abs()) };
+            assert!((analytic - numeric).abs() < slack, "{quantity:?}: {analytic} {numeric}");
+        }
     }
-    level.value
-}
 
-/// Adds the derivative of a section's functional, its plane moving with `level`.
-fn chain(own: SectionGradient, level: Level, gradient: &mut SparseGradient) {
-    gradient.extend(own.vertices);
-    gradient.extend(scaled(level.gradient, own.offset));
+    #[test]
+    fn another_topology_is_refused() {
+        let Some(model) = model(Gender::Male) else { return };
+        let template = MeasureTemplate::new(model.topology(), model.face_parts()).expect("our topology");
+        let wanted = MeasureError::VertexCount { wanted: 13_380, found: 5 };
+        assert_eq!(template.measure(&[Vec3::ZERO; 5]), Err(wanted));
+        let mut vertices = model.vertices(&model.default_parameters());
+        vertices[77].y = f64::NAN;
+        assert_eq!(template.measure(&vertices), Err(MeasureError::NotFinite { vertex: 77 }));
+    }
 }

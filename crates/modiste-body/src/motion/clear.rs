@@ -275,6 +275,7 @@ mod tests {
     }
 
     #[test]
+    #[expect(clippy::float_cmp, reason = "nothing is moved at all")]
     fn the_template_pose_is_clear() {
         let body = test_body::body();
         let mut motion = Motion { fps: 30.0, frames: vec![body.template_pose(); 3] };

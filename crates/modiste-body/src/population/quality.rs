@@ -35,7 +35,8 @@ pub fn mesh_quality(topology: &Topology, face_parts: &[Part], vertices: &[Vec3])
         !((b - a).cross(c - a).length() > 2.0 * SMALLEST_AREA)
     };
     let degenerate_faces = topology.faces().iter().filter(degenerate).count();
-    let tested: Vec<u32> = (0u32..).zip(face_parts).filter(|(_, part)| !is_excluded(**part)).map(|(face, _)| face).collect();
+    let tested: Vec<u32> =
+        (0u32..).zip(face_parts).filter(|(_, part)| !is_excluded(**part)).map(|(face, _)| face).collect();
     let crossings = TriangleBvh::of_faces(topology, vertices, &tested).self_intersections(vertices);
     MeshQuality { degenerate_faces, crossings }
 }

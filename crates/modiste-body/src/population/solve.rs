@@ -167,3 +167,68 @@ impl Problem<'_> {
         Ok(step)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use modiste_core::{Vec3, seeded_rng};
+
+    use super::solve_subject;
+    use crate::makehuman::tests::model;
+    use crate::population::space::{BodySpace, FunctionalGradients, SoftDirections};
+    use crate::population::{ANSUR_QUANTITIES, AnsurStatistics};
+    use crate::{Gender, MeasureTemplate, Quantity};
+
+    #[test]
+    fn a_drawn_man_gets_a_body_of_his_measurements() {
+        let Some(model) = model(Gender::Male) else { return };
+        let none = SoftDirections::default();
+        let space = BodySpace::new(model, &none);
+        let template = MeasureTemplate::new(model.topology(), model.face_parts()).expect("our topology");
+        let subject = &AnsurStatistics::committed(Gender::Male).expect("figures").draw(1, 5).expect("covariance")[0];
+        let start = space.draw_person(subject.age, &mut seeded_rng(1));
+        let body = solve_subject(&space, &template, subject, &start).expect("solvable");
+        assert!(body.untangled);
+        for (q, target) in ANSUR_QUANTITIES.iter().zip(subject.measurements).take(5) {
+            let error = body.measurements.get(q.quantity) - target;
+            assert!(error.abs() < 6.0 * q.tolerance, "{:?}: {error}", q.quantity);
+        }
+        for (unknown, value) in space.unknowns().iter().zip(&body.values) {
+            assert!((unknown.lowest..=unknown.highest).contains(value), "{}", unknown.name);
+        }
+    }
+
+    #[test]
+    fn derivatives_of_measurements_agree_with_finite_differences() {
+        let Some(model) = model(Gender::Female) else { return };
+        let none = SoftDirections::default();
+        let space = BodySpace::new(model, &none);
+        let template = MeasureTemplate::new(model.topology(), model.face_parts()).expect("our topology");
+        // Off the knots of the parameters, where their weights are smooth.
+        let mut values = model.default_parameters().0;
+        for (index, value) in values.iter_mut().enumerate() {
+            *value += 0.02 + 0.001 * index as f64;
+        }
+        let quantities = [Quantity::Stature, Quantity::BodyMass, Quantity::WaistGirth];
+        let gradients = {
+            let points = space.points(&values);
+            quantities.map(|q| template.quantity_with_gradient(q, &points[..13_380]).1).to_vec()
+        };
+        let rows = space.pull_back(&values, &FunctionalGradients::new(gradients));
+        for name in ["weight", "height", "torso/torso-scale-depth"] {
+            let parameter = model.parameter_index(name).expect("known");
+            let at = |step: f64| {
+                let mut values = values.clone();
+                values[parameter] += step;
+                let points: Vec<Vec3> = space.points(&values)[..13_380].to_vec();
+                quantities.map(|q| template.quantity_with_gradient(q, &points).0)
+            };
+            let (above, below) = (at(1e-4), at(-1e-4));
+            for (index, quantity) in quantities.into_iter().enumerate() {
+                let numeric = (above[index] - below[index]) / 2e-4;
+                // The small turn of the limbs into the template pose is left out of the derivative.
+                let slack = 0.05 * numeric.abs() + 0.005;
+                assert!((rows[parameter][index] - numeric).abs() < slack, "{name} {quantity:?}: {numeric}");
+            }
+        }
+    }
+}

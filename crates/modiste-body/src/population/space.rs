@@ -3,8 +3,8 @@
 use modiste_core::{Rng, Vec3};
 
 use super::subject::bounded_normal;
-use crate::makehuman::{BODY_VERTEX_COUNT, MakeHumanModel, Offsets, ParameterKind};
 use crate::Gender;
+use crate::makehuman::{BODY_VERTEX_COUNT, MakeHumanModel, Offsets, ParameterKind};
 
 /// Directions of body shape learned from scans, on the points (vertices, then joints) of our topology; coefficients
 /// are standard deviations.

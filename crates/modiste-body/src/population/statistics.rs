@@ -1,10 +1,12 @@
 //! How well a population matches the people that it was solved for.
 
+use modiste_core::Vec3;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::subject::{ANSUR_QUANTITIES, AnsurStatistics, SubjectError};
-use super::Population;
-use crate::{Gender, Measurements, Quantity};
+use super::{Population, mesh_quality};
+use crate::{Gender, MakeHumanModel, Measurements, Quantity};
 
 /// Mean and standard deviation of one quantity (m or kg): of the bodies, of their subjects, and of the whole survey.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -65,6 +67,12 @@ pub struct PopulationStatistics {
     pub survey_correlations: [[f64; 5]; 5],
     /// Largest difference between the two.
     pub worst_correlation_error: f64,
+    /// Bodies with a face that crosses another, outside head, hands and feet.
+    pub self_intersecting: usize,
+    /// Bodies with a face without area.
+    pub degenerate: usize,
+    /// Mean over the persons of the root mean square distance between a body and its twin without soft directions (m).
+    pub twin_distance: f64,
     /// Standard deviation of each soft coefficient over the bodies (1 in the scans that they come from).
     pub soft_std_devs: Vec<f64>,
 }
@@ -77,7 +85,7 @@ const CORRELATED: [Quantity; 5] =
 ///
 /// # Errors
 /// When the committed figures are damaged.
-pub fn statistics(population: &Population) -> Result<PopulationStatistics, SubjectError> {
+pub fn statistics(model: &MakeHumanModel, population: &Population) -> Result<PopulationStatistics, SubjectError> {
     let survey = AnsurStatistics::committed(population.gender)?;
     let size = survey.means.len();
     let covariance = |i: usize, j: usize| survey.covariance[i * size + j];
@@ -125,6 +133,7 @@ pub fn statistics(population: &Population) -> Result<PopulationStatistics, Subje
         .zip(survey_correlations.iter().flatten())
         .map(|(a, b)| (a - b).abs())
         .fold(0.0, f64::max);
+    let defects = defects(model, population);
     Ok(PopulationStatistics {
         gender: population.gender,
         count: population.persons.len(),
@@ -134,8 +143,21 @@ pub fn statistics(population: &Population) -> Result<PopulationStatistics, Subje
         correlations,
         survey_correlations,
         worst_correlation_error,
+        self_intersecting: defects.iter().filter(|defects| defects.0).count(),
+        degenerate: defects.iter().filter(|defects| defects.1).count(),
+        twin_distance: mean(&population.persons.iter().map(|person| person.twin_distance).collect::<Vec<f64>>()),
         soft_std_devs: soft_std_devs(population),
     })
+}
+
+/// Of each person, whether a face crosses another and whether one is degenerate.
+fn defects(model: &MakeHumanModel, population: &Population) -> Vec<(bool, bool)> {
+    let of = |person: &super::Person| {
+        let vertices: Vec<Vec3> = person.vertices.iter().map(|&p| Vec3::from(p.map(f64::from))).collect();
+        let quality = mesh_quality(model.topology(), model.face_parts(), &vertices);
+        (!quality.crossings.is_empty(), quality.degenerate_faces > 0)
+    };
+    population.persons.par_iter().map(of).collect()
 }
 
 fn soft_std_devs(population: &Population) -> Vec<f64> {
@@ -157,7 +179,8 @@ fn mean(values: &[f64]) -> f64 {
 
 fn std_dev(values: &[f64]) -> f64 {
     let centre = mean(values);
-    (values.iter().map(|value| (value - centre).powi(2)).sum::<f64>() / values.len().saturating_sub(1).max(1) as f64).sqrt()
+    (values.iter().map(|value| (value - centre).powi(2)).sum::<f64>() / values.len().saturating_sub(1).max(1) as f64)
+        .sqrt()
 }
 
 fn correlation(a: &[f64], b: &[f64]) -> f64 {

@@ -152,6 +152,10 @@ struct CommittedStatistics {
     male: AnsurStatistics,
 }
 
+const SOURCE: &str = "ANSUR II, 2012 Anthropometric Survey of U.S. Army Personnel: Methods and Summary Statistics (Gordon et al. 2014, NATICK/TR-15/007); computed from the public CSV files; metres, kilograms, years";
+const COMMAND: &str =
+    "cargo run --release -p modiste-body --example ansur_statistics > crates/modiste-body/data/ansur2_statistics.json";
+
 impl AnsurStatistics {
     /// The figures that are committed with this crate, computed from the public ANSUR II files.
     ///
@@ -168,6 +172,25 @@ impl AnsurStatistics {
             return Err(SubjectError::Size { wanted: size * size, found: own.covariance.len() });
         }
         Ok(own)
+    }
+
+    /// The text of the committed file: these figures (six digits) with where they come from.
+    ///
+    /// # Errors
+    /// When a figure is not a number.
+    pub fn committed_text(female: &Self, male: &Self) -> Result<String, SubjectError> {
+        let rounded = |values: &[f64]| -> Vec<f64> {
+            values.iter().map(|value| format!("{value:.5e}").parse().unwrap_or(*value)).collect()
+        };
+        let short =
+            |own: &Self| Self { means: rounded(&own.means), covariance: rounded(&own.covariance), ..own.clone() };
+        let all = CommittedStatistics {
+            source: SOURCE.to_owned(),
+            command: COMMAND.to_owned(),
+            female: short(female),
+            male: short(male),
+        };
+        Ok(serde_json::to_string(&all)?)
     }
 
     /// Computes the figures from the survey.
@@ -267,6 +290,30 @@ mod tests {
                 assert!((mean - statistics.means[i]).abs() < 5.0 * std_dev / 4000_f64.sqrt(), "{}", quantity.column);
             }
             assert_eq!(people, statistics.draw(4000, 7).expect("covariance"));
+        }
+    }
+
+    #[test]
+    fn committed_figures_are_those_of_the_survey() {
+        let folder = std::path::Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/bodies"));
+        if !folder.exists() {
+            eprintln!("skipped: {} is absent", folder.display());
+            return;
+        }
+        for gender in Gender::ALL {
+            let table =
+                modiste_io::ansur::read(folder.join(format!("ansur2_{}.csv.gz", gender.name()))).expect("survey");
+            let (computed, committed) =
+                (AnsurStatistics::of(&table).expect("columns"), AnsurStatistics::committed(gender).expect("figures"));
+            assert_eq!((computed.count, &computed.columns), (committed.count, &committed.columns));
+            let pairs = computed
+                .means
+                .iter()
+                .zip(&committed.means)
+                .chain(computed.covariance.iter().zip(&committed.covariance));
+            for (a, b) in pairs {
+                assert!((a - b).abs() <= 1e-5 * a.abs(), "{a} {b}");
+            }
         }
     }
 

@@ -133,3 +133,42 @@ impl<'a> Target<'a> {
         (own.dot(normal) >= agreement).then_some(Match { point: found.point, normal: own })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use modiste_core::Vec3;
+
+    use super::{ScanShapes, carry, check, register};
+    use crate::Gender;
+    use crate::makehuman::tests::model;
+
+    /// A body of the same model with other parameters stands for the scans, so the truth is known at every vertex.
+    #[test]
+    fn directions_come_back_from_a_body_whose_correspondence_is_known() {
+        let Some(model) = model(Gender::Male) else { return };
+        let mut parameters = model.default_parameters();
+        parameters.0[model.parameter_index("weight").expect("known")] = 0.7;
+        parameters.0[model.parameter_index("height").expect("known")] = 0.6;
+        let template: Vec<Vec3> = model.vertices(&parameters).iter().map(|p| *p + Vec3::new(0.02, 0.0, 0.03)).collect();
+        // A swelling of the waist, wide against the error of the correspondence, none at the hands, where nothing is
+        // read off.
+        let swelling = |p: &Vec3| {
+            let near = (-((p.y - 1.1) / 0.2).powi(2) - (p.x / 0.2).powi(2)).exp();
+            Vec3::new(p.x, 0.0, p.z - 0.03) * (0.1 * near)
+        };
+        let direction: Vec<Vec3> = template.iter().map(swelling).collect();
+        let scans = ScanShapes { topology: Arc::clone(model.topology()), template, directions: vec![direction] };
+        let registration = register(model, &scans).expect("registers");
+        let soft = carry(model, &scans, &registration).expect("carries");
+        let checked = check(model, &scans, &registration, &soft);
+        assert!(checked.worst_rms < 0.001, "{checked:?}");
+        let mut carried = vec![Vec3::ZERO; model.topology().vertex_count() + crate::Part::COUNT];
+        soft.directions[0].add_to(1.0, &mut carried);
+        let squared: f64 = scans.directions[0].iter().zip(&carried).map(|(a, b)| a.distance_squared(*b)).sum();
+        let rms = (squared / scans.template.len() as f64).sqrt();
+        let size = scans.directions[0].iter().map(|d| d.length_squared()).sum::<f64>() / scans.template.len() as f64;
+        assert!(rms < 0.1 * size.sqrt(), "{rms} of {}", size.sqrt());
+    }
+}

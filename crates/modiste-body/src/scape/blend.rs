@@ -81,7 +81,7 @@ impl RotationBlend {
             }
             let other = quaternions[parts[slot] as usize];
             let weight = f64::from(weights[slot]);
-            sum = sum + other * if other.dot(strongest) < 0.0 { -weight } else { weight };
+            sum += other * if other.dot(strongest) < 0.0 { -weight } else { weight };
         }
         // The strongest part weighs at least as much as any other and the others lie in its hemisphere: never zero.
         Mat3::from_quat(sum.normalize())

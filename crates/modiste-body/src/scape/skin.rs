@@ -76,8 +76,8 @@ fn dual_blend(x: Vec3, weights: &[(Part, f64)], rotations: &[Quat], translations
     for &(part, weight) in weights {
         let (rotation, shift) = (rotations[part.index()], translations[part.index()]);
         let signed = if rotation.dot(pivot) < 0.0 { -weight } else { weight };
-        real = real + rotation * signed;
-        dual = dual + (Quat::from_xyzw(shift.x, shift.y, shift.z, 0.0) * rotation) * (0.5 * signed);
+        real += rotation * signed;
+        dual += (Quat::from_xyzw(shift.x, shift.y, shift.z, 0.0) * rotation) * (0.5 * signed);
     }
     let length = real.length();
     let (real, dual) = (real * (1.0 / length), dual * (1.0 / length));

@@ -98,12 +98,7 @@ impl VertexContact {
 
 impl BodyContacts {
     /// Finds the closest place of every vertex anew, at the start of a frame.
-    pub(crate) fn search(
-        &mut self,
-        body: &BodyCollider,
-        groups: Option<&CollisionGroups>,
-        x: &[Vec3],
-    ) {
+    pub(crate) fn search(&mut self, body: &BodyCollider, groups: Option<&CollisionGroups>, x: &[Vec3]) {
         self.contacts.resize(x.len(), None);
         self.planes.resize(x.len(), None);
         for (vertex, slot) in self.contacts.iter_mut().enumerate() {
@@ -155,10 +150,14 @@ impl BodyContacts {
         let limit = friction * contact.force;
         let length = stick.length();
         let hold = if hold * length > limit { limit / length } else { hold };
-        Some(ContactForce { force: plane.normal * repulsion - stick * hold, block: contact_block(plane.normal, stiffness, hold) })
+        Some(ContactForce {
+            force: plane.normal * repulsion - stick * hold,
+            block: contact_block(plane.normal, stiffness, hold),
+        })
     }
 
     /// Takes the outcome of a substep: remembers repulsion and friction, and moves vertices that are too close out.
+    #[expect(clippy::too_many_arguments, reason = "state, body and step are separate by intent")]
     pub(crate) fn finish(
         &mut self,
         body: &BodyCollider,
@@ -219,7 +218,8 @@ impl BodyContacts {
     /// Number of vertices below the surface.
     pub(crate) fn count_inside(&self, body: &BodyCollider, x: &[Vec3]) -> usize {
         let near = self.contacts.iter().enumerate().filter(|(_, c)| c.is_some_and(|c| c.distance < REFRESH));
-        near.filter(|(vertex, contact)| contact.is_some_and(|c| body.walk(x[*vertex], c.point.face).distance < 0.0)).count()
+        near.filter(|(vertex, contact)| contact.is_some_and(|c| body.walk(x[*vertex], c.point.face).distance < 0.0))
+            .count()
     }
 }
 

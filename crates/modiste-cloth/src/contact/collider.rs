@@ -185,10 +185,6 @@ impl BodyCollider {
         [along, normal, normal.cross(along)]
     }
 
-    pub(crate) fn face_limb(&self, face: u32) -> u8 {
-        self.face_limbs[face as usize]
-    }
-
     /// The closest point on the limbs in `mask` by the trees; they fit only at the start and the end of a frame.
     pub(crate) fn search(&self, p: Vec3, max_distance: f64, mask: u8) -> Option<Touch> {
         let mut best = max_distance;
@@ -263,7 +259,7 @@ impl BodyCollider {
             offset / length
         };
         let point = BodyPoint { face, barycentric: closest.barycentric };
-        Touch { point, place: closest.point, normal, distance: if inside { -length } else { length } }
+        Touch { point, normal, distance: if inside { -length } else { length } }
     }
 
     /// A normal whose side of the surface is right at the feature (Bærentzen and Aanæs 2005).
@@ -299,8 +295,6 @@ impl BodyCollider {
 pub(crate) struct Touch {
     /// The closest point as a material point.
     pub(crate) point: BodyPoint,
-    /// Its place (m).
-    pub(crate) place: Vec3,
     /// Outward direction of growing distance, unit.
     pub(crate) normal: Vec3,
     /// Signed distance (m), negative inside.

@@ -75,7 +75,8 @@ impl FaceTree {
             let (low, high) = if node.second == 0 {
                 let range = node.first_face as usize..(node.first_face + node.face_count) as usize;
                 let start = (glam::Vec3A::INFINITY, glam::Vec3A::NEG_INFINITY);
-                let corners = self.faces[range].iter().flat_map(|&f| faces[f as usize]).map(|v| x[v as usize].as_vec3a());
+                let corners =
+                    self.faces[range].iter().flat_map(|&f| faces[f as usize]).map(|v| x[v as usize].as_vec3a());
                 corners.fold(start, |(low, high), p| (low.min(p), high.max(p)))
             } else {
                 let (a, b) = (self.nodes[index + 1], self.nodes[node.second as usize]);

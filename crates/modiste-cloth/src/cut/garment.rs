@@ -147,8 +147,7 @@ impl CutGarment {
 
     /// The edge length (m) at which the template size of `pattern` gets about `vertex_count` vertices.
     pub fn edge_length_for(pattern: &GradedPattern, vertex_count: usize) -> f64 {
-        let area: f64 =
-            pattern.panels.iter().map(|p| p.outlines[pattern.template_size].signed_area().abs()).sum();
+        let area: f64 = pattern.panels.iter().map(|p| p.outlines[pattern.template_size].signed_area().abs()).sum();
         // An equilateral lattice has one vertex per sqrt(3)/2 · edge²; the border adds a few per cent.
         (1.035 * area / (0.75f64.sqrt() * vertex_count.max(1) as f64)).sqrt()
     }
@@ -468,9 +467,8 @@ mod tests {
             for size in 0..garment.pattern().sizes.len() {
                 let points = garment.points(size);
                 for pair in garment.seam_pairs().windows(2) {
-                    let [a, b] = [0, 1].map(|side| {
-                        points[pair[0][side] as usize].distance(points[pair[1][side] as usize])
-                    });
+                    let [a, b] =
+                        [0, 1].map(|side| points[pair[0][side] as usize].distance(points[pair[1][side] as usize]));
                     // Pairs of different seams follow each other now and then: those are far apart.
                     if a < 0.03 && b < 0.03 {
                         assert!((a - b).abs() <= 0.05 * a, "size {size}: {a} {b}");

@@ -31,7 +31,13 @@ const SPACING_ROUNDS: usize = 60;
 /// Holds of the waist band's vertices to the body at the height of the waist; empty where there is no band.
 ///
 /// Along the band the holds are spaced as its cloth is, so that it is gathered evenly.
-pub(super) fn hold(cut: &CutGarment, size: usize, positions: &[Vec3], body: &Mannequin, collider: &BodyCollider) -> Vec<Attachment> {
+pub(super) fn hold(
+    cut: &CutGarment,
+    size: usize,
+    positions: &[Vec3],
+    body: &Mannequin,
+    collider: &BodyCollider,
+) -> Vec<Attachment> {
     let (ring, lengths) = ring(cut, size);
     let count = ring.len();
     let height = body.waist_height() - BELOW_WAIST * body.stature();
@@ -82,14 +88,18 @@ pub(super) fn band_vertices(cut: &CutGarment) -> Vec<u32> {
 }
 
 /// The rest faces of a size with the band gathered (or let out) to the length of the holds on this body.
-pub(super) fn gathered_rest_faces(cut: &CutGarment, size: usize, holds: &[Attachment], body: &Mannequin) -> Vec<[Vec2; 3]> {
+pub(super) fn gathered_rest_faces(
+    cut: &CutGarment,
+    size: usize,
+    holds: &[Attachment],
+    body: &Mannequin,
+) -> Vec<[Vec2; 3]> {
     let mut rest = cut.rest_faces(size);
     if holds.is_empty() {
         return rest;
     }
     let place = |vertex: u32| holds.iter().find(|h| h.vertex == vertex).map(|h| body.surface_point(&h.point));
-    let worn: f64 =
-        cut.waist_band().iter().filter_map(|&[a, b]| Some(place(a)?.distance(place(b)?))).sum();
+    let worn: f64 = cut.waist_band().iter().filter_map(|&[a, b]| Some(place(a)?.distance(place(b)?))).sum();
     let edges: Vec<(usize, [Vec2; 2])> = waist_edges(cut, size);
     let flat: f64 = edges.iter().map(|(_, [a, b])| a.distance(*b)).sum();
     let scale = (ELASTIC_SHARE * worn / flat).clamp(0.6, 1.4);

@@ -22,7 +22,8 @@ impl Carrier {
         let neighbours = positions
             .iter()
             .map(|x| {
-                let mut nearest: Vec<(f64, u32)> = (0u32..).zip(body).map(|(i, v)| (v.distance_squared(*x), i)).collect();
+                let mut nearest: Vec<(f64, u32)> =
+                    (0u32..).zip(body).map(|(i, v)| (v.distance_squared(*x), i)).collect();
                 let count = NEIGHBOURS.min(nearest.len());
                 nearest.select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
                 let first = nearest[..count].iter().map(|n| n.0).fold(f64::INFINITY, f64::min);

@@ -36,11 +36,12 @@ pub fn inspect(cut: &CutGarment, model: &ClothModel, state: &ClothState, body: &
     let x = &state.positions;
     let (mut inside, mut deepest) = (0, 0.0f64);
     for &p in x {
-        if let Some(near) = tree.closest_point(&body.vertices, p, 0.05) {
-            if near.distance > DEPTH_TOLERANCE && tree.contains(&body.vertices, p) {
-                inside += 1;
-                deepest = deepest.max(near.distance);
-            }
+        if let Some(near) = tree.closest_point(&body.vertices, p, 0.05)
+            && near.distance > DEPTH_TOLERANCE
+            && tree.contains(&body.vertices, p)
+        {
+            inside += 1;
+            deepest = deepest.max(near.distance);
         }
     }
     let normals = face_normals(cut.topology(), x);
@@ -58,7 +59,8 @@ pub fn inspect(cut: &CutGarment, model: &ClothModel, state: &ClothState, body: &
         let (inward, all) = counts[part.index()];
         if all == 0 { 0.0 } else { inward as f64 / all as f64 }
     };
-    let worst = Part::ALL.into_iter().fold(Part::Pelvis, |worst, part| if share(part) > share(worst) { part } else { worst });
+    let worst =
+        Part::ALL.into_iter().fold(Part::Pelvis, |worst, part| if share(part) > share(worst) { part } else { worst });
     DrapeQuality { inside, deepest, inward: (share(worst), worst), stretch: state.edge_stretch(model).percentile_99 }
 }
 

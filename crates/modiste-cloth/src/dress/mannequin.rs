@@ -53,7 +53,8 @@ impl Mannequin {
 
     /// Height of the top of the head over the floor (m).
     pub fn stature(&self) -> f64 {
-        let (low, high) = self.vertices.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v.y), h.max(v.y)));
+        let (low, high) =
+            self.vertices.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v.y), h.max(v.y)));
         high - low
     }
 
@@ -81,13 +82,21 @@ impl Mannequin {
     /// Height (m) of the shoulder surface at the distance `x` (m) from the middle.
     pub fn shoulder_height(&self, x: f64) -> f64 {
         let on_top = |part: Part| {
-            matches!(part, Part::Chest | Part::Neck | Part::LeftShoulder | Part::RightShoulder | Part::LeftUpperArm | Part::RightUpperArm)
+            matches!(
+                part,
+                Part::Chest
+                    | Part::Neck
+                    | Part::LeftShoulder
+                    | Part::RightShoulder
+                    | Part::LeftUpperArm
+                    | Part::RightUpperArm
+            )
         };
         let mut top = f64::NEG_INFINITY;
         for (face, &part) in self.topology.faces().iter().zip(&self.face_parts) {
             if on_top(part) {
                 for (a, b) in edges(face, &self.vertices) {
-                    if (a.x - x) * (b.x - x) <= 0.0 && a.x != b.x {
+                    if (a.x - x) * (b.x - x) <= 0.0 && (a.x - b.x).abs() > f64::EPSILON {
                         top = top.max(a.lerp(b, (x - a.x) / (b.x - a.x)).y);
                     }
                 }
@@ -120,9 +129,8 @@ impl Mannequin {
     /// The girths by which a size is chosen.
     pub fn girths(&self) -> Girths {
         let steps = |low: f64, high: f64| (0..=24).map(move |i| low + (high - low) * f64::from(i) / 24.0);
-        let largest = |low: f64, high: f64, parts: &[Part]| {
-            steps(low, high).map(|y| self.girth(y, parts)).fold(0.0, f64::max)
-        };
+        let largest =
+            |low: f64, high: f64, parts: &[Part]| steps(low, high).map(|y| self.girth(y, parts)).fold(0.0, f64::max);
         let waist = self.waist_height();
         let crotch = self.crotch_height();
         let armpit = self.joint(Part::LeftUpperArm).y - 0.09;
@@ -154,7 +162,9 @@ fn hull_perimeter(mut points: Vec<Vec2>) -> f64 {
     let half = |hull: &mut Vec<Vec2>, points: &mut dyn Iterator<Item = Vec2>| {
         let first = hull.len();
         for p in points {
-            while hull.len() >= first + 2 && (hull[hull.len() - 1] - hull[hull.len() - 2]).perp_dot(p - hull[hull.len() - 1]) <= 0.0 {
+            while hull.len() >= first + 2
+                && (hull[hull.len() - 1] - hull[hull.len() - 2]).perp_dot(p - hull[hull.len() - 1]) <= 0.0
+            {
                 hull.pop();
             }
             hull.push(p);

@@ -44,9 +44,15 @@ pub fn place(cut: &CutGarment, size: usize, body: &Mannequin) -> Vec<Vec3> {
             let p = points[i];
             placed[i] = match (panel.wrap, &torso, &hips) {
                 (Wrap::TorsoFront, Some((ellipse, height)), _) => ellipse.at(p.x).lifted(height + p.y),
-                (Wrap::TorsoBack, Some((ellipse, height)), _) => ellipse.at(0.5 * ellipse.girth - p.x).lifted(height + p.y),
-                (Wrap::LeftArm, ..) => around_arm(body, [Part::LeftUpperArm, Part::LeftForearm], &panel.outlines[size], p),
-                (Wrap::RightArm, ..) => around_arm(body, [Part::RightUpperArm, Part::RightForearm], &panel.outlines[size], p),
+                (Wrap::TorsoBack, Some((ellipse, height)), _) => {
+                    ellipse.at(0.5 * ellipse.girth - p.x).lifted(height + p.y)
+                }
+                (Wrap::LeftArm, ..) => {
+                    around_arm(body, [Part::LeftUpperArm, Part::LeftForearm], &panel.outlines[size], p)
+                }
+                (Wrap::RightArm, ..) => {
+                    around_arm(body, [Part::RightUpperArm, Part::RightForearm], &panel.outlines[size], p)
+                }
                 (Wrap::LeftLegFront, _, Some(ring)) => around_leg(ring, p, 1.0, false),
                 (Wrap::LeftLegBack, _, Some(ring)) => around_leg(ring, p, 1.0, true),
                 (Wrap::RightLegFront, _, Some(ring)) => around_leg(ring, p, -1.0, false),
@@ -162,7 +168,8 @@ impl Ellipse {
     /// The ellipse of this girth with the proportions and the middle of a slice (x, z).
     fn around(slice: &[Vec2], girth: f64) -> Self {
         let (low, high) = slice.iter().fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));
-        let (extent, centre_z) = if slice.is_empty() { (Vec2::new(0.3, 0.2), 0.0) } else { (high - low, 0.5 * (low.y + high.y)) };
+        let (extent, centre_z) =
+            if slice.is_empty() { (Vec2::new(0.3, 0.2), 0.0) } else { (high - low, 0.5 * (low.y + high.y)) };
         let proportion = (extent.y / extent.x).clamp(0.55, 1.1);
         let unit = Self::lengths(Vec2::new(1.0, proportion));
         let scale = girth / unit[Self::STEPS];
@@ -204,7 +211,8 @@ mod tests {
             let p = ellipse.at(s);
             Vec2::new(p.x, p.z)
         };
-        let total: f64 = (0..1000).map(|i| point(f64::from(i) / 1000.0).distance(point(f64::from(i + 1) / 1000.0))).sum();
+        let total: f64 =
+            (0..1000).map(|i| point(f64::from(i) / 1000.0).distance(point(f64::from(i + 1) / 1000.0))).sum();
         assert!((total - 1.0).abs() < 1e-3);
         assert!(point(0.0).x.abs() < 1e-12 && point(0.0).y > 0.02);
         assert!(point(0.25).x > 0.0 && (point(0.25).y - 0.02).abs() < 1e-9);

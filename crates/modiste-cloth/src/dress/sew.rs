@@ -48,7 +48,13 @@ pub struct Sewn {
 ///
 /// # Errors
 /// Seams that do not close to [`SEAM_TOLERANCE`], or what the physics refuses.
-pub fn sew(cut: &CutGarment, size: usize, body: &Mannequin, fabric: &Fabric, solver: SolverOptions) -> Result<Sewn, DressError> {
+pub fn sew(
+    cut: &CutGarment,
+    size: usize,
+    body: &Mannequin,
+    fabric: &Fabric,
+    solver: SolverOptions,
+) -> Result<Sewn, DressError> {
     let thin = thin_body(body, THIN_SHARE);
     let options = SolverOptions {
         gravity: [0.0; 3],

@@ -137,7 +137,8 @@ impl LaneLaw {
             let stretched = yarns[yarn].ramp();
             let beyond = yarns[yarn] - Lanes::splat(self.limit);
             slope[yarn] = stretched * self.stiffening[yarn] + beyond.step() * self.limit_stiffness;
-            tension[yarn] = stretched * stretched * (0.5 * self.stiffening[yarn]) + beyond.ramp() * self.limit_stiffness;
+            tension[yarn] =
+                stretched * stretched * (0.5 * self.stiffening[yarn]) + beyond.ramp() * self.limit_stiffness;
         }
         let bias = (tension[2] + tension[3]) * 0.5;
         let stress = [
@@ -354,7 +355,8 @@ mod tests {
                 let size = 0.0004 * f64::from(face);
                 for p in rest {
                     let mut shaken = || {
-                        p.extend(0.7) + Vec3::new(random(&mut rng, size), random(&mut rng, size), random(&mut rng, size))
+                        p.extend(0.7)
+                            + Vec3::new(random(&mut rng, size), random(&mut rng, size), random(&mut rng, size))
                     };
                     start.push(shaken());
                     x.push(shaken());

@@ -28,6 +28,7 @@ pub(crate) struct Viscosity {
 }
 
 /// Force and stiffness of one membrane element.
+#[cfg_attr(not(test), expect(dead_code, reason = "read where the eight-wide kernel is tested against the plain one"))]
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MembraneForce {
     /// Force on each corner (N).
@@ -84,6 +85,7 @@ impl Membrane {
     ///
     /// The stiffness keeps the whole material part and the part of the geometric stiffness due to tension; under compression
     /// the geometric part is indefinite (that is buckling) and left out.
+    #[cfg_attr(not(test), expect(dead_code, reason = "the plain road that the eight-wide kernel is tested against"))]
     #[inline]
     pub(crate) fn force(&self, law: &Stretch, viscosity: &Viscosity, x: &[Vec3]) -> MembraneForce {
         let [u, v] = self.deformation(x);
@@ -99,9 +101,9 @@ impl Membrane {
                 *value *= damped;
             }
         }
-        let forces = self.gradients.map(|n| {
-            (u * (stress[0] * n.x + stress[2] * n.y) + v * (stress[1] * n.y + stress[2] * n.x)) * -self.area
-        });
+        let forces = self
+            .gradients
+            .map(|n| (u * (stress[0] * n.x + stress[2] * n.y) + v * (stress[1] * n.y + stress[2] * n.x)) * -self.area);
         let [p, q, r] = tension(&stress);
         let [u32, v32] = [u, v].map(|w| w.as_vec3a());
         let blocks = BLOCK_CORNERS.map(|[i, j]| {
@@ -184,7 +186,8 @@ mod tests {
                     let mut down = x.clone();
                     up[j][axis] += step;
                     down[j][axis] -= step;
-                    let slope = (element.energy(&fabric.stretch, &up) - element.energy(&fabric.stretch, &down)) / (2.0 * step);
+                    let slope =
+                        (element.energy(&fabric.stretch, &up) - element.energy(&fabric.stretch, &down)) / (2.0 * step);
                     assert!((slope + result.forces[j][axis]).abs() < 2e-6 * (1.0 + slope.abs()), "{}", fabric.name);
                     let high = element.force(&fabric.stretch, &ELASTIC, &up).forces[i];
                     let low = element.force(&fabric.stretch, &ELASTIC, &down).forces[i];

@@ -6,8 +6,8 @@ mod membrane;
 mod spring;
 
 pub use bending::Hinge;
-pub use membrane::Membrane;
 pub(crate) use lanes::{LaneLaw, MembraneLanes};
+pub use membrane::Membrane;
 #[cfg(test)]
 pub(crate) use membrane::Viscosity;
 pub(crate) use spring::{Spring, spring_force};

@@ -121,7 +121,12 @@ impl GradedPattern {
             }
         }
         let seams = self.stitches.iter().flat_map(|stitch| stitch.sides);
-        let others = self.waist_band.iter().copied().chain(self.anchors.iter().map(|a| a.edge)).chain(self.ribs.iter().map(|r| r.edge));
+        let others = self
+            .waist_band
+            .iter()
+            .copied()
+            .chain(self.anchors.iter().map(|a| a.edge))
+            .chain(self.ribs.iter().map(|r| r.edge));
         for id in seams.chain(others) {
             if self.panels.get(id.panel).is_none_or(|panel| id.edge >= panel.edge_labels.len()) {
                 return Err(PatternFault::NoSuchEdge { panel: id.panel, edge: id.edge });

@@ -11,7 +11,9 @@ use modiste_io::pattern::{Curvature, EdgeName, PatternSpec};
 use serde::{Deserialize, Serialize};
 use serde_json::Map;
 
-use super::{Anchors, Curve, EdgeId, FitRule, GradedPattern, LowerPart, Outline, Panel, PatternFault, Rib, Size, Stitch, Wrap};
+use super::{
+    Anchors, Curve, EdgeId, FitRule, GradedPattern, LowerPart, Outline, Panel, PatternFault, Rib, Size, Stitch, Wrap,
+};
 
 /// Version of the `modiste` member.
 const SCHEMA: &str = "modiste-pattern-1";
@@ -181,42 +183,42 @@ impl GradedPattern {
             curvature: outline.curves.iter().map(|c| curvature_of(*c, units)).collect(),
         };
         let extension = Extension {
-                schema: SCHEMA.to_owned(),
-                garment: self.garment.clone(),
-                gender: self.gender.clone(),
-                material: self.material.clone(),
-                licence: "Apache-2.0 OR MIT".to_owned(),
-                fit: self.fit,
-                template_size: self.template_size,
-                sizes: self.sizes.iter().map(rounded_size).collect(),
-                panels: self
-                    .panels
-                    .iter()
-                    .map(|p| GradedPanel {
-                        name: p.name.clone(),
-                        wrap: p.wrap,
-                        part: p.part,
-                        lower_part: p.lower_part.clone(),
-                        grading: p.outlines.iter().map(grade).collect(),
-                    })
-                    .collect(),
-                waist_band: self.waist_band.iter().map(|&id| edge_name(id)).collect(),
-                ribs: self
-                    .ribs
-                    .iter()
-                    .map(|r| {
-                        let EdgeName { panel, edge } = edge_name(r.edge);
-                        RibName { panel, edge, scale: r.scale, modulus: r.modulus }
-                    })
-                    .collect(),
-                anchors: self
-                    .anchors
-                    .iter()
-                    .map(|a| {
-                        let EdgeName { panel, edge } = edge_name(a.edge);
-                        AnchorName { panel, edge, count: a.count }
-                    })
-                    .collect(),
+            schema: SCHEMA.to_owned(),
+            garment: self.garment.clone(),
+            gender: self.gender.clone(),
+            material: self.material.clone(),
+            licence: "Apache-2.0 OR MIT".to_owned(),
+            fit: self.fit,
+            template_size: self.template_size,
+            sizes: self.sizes.iter().map(rounded_size).collect(),
+            panels: self
+                .panels
+                .iter()
+                .map(|p| GradedPanel {
+                    name: p.name.clone(),
+                    wrap: p.wrap,
+                    part: p.part,
+                    lower_part: p.lower_part.clone(),
+                    grading: p.outlines.iter().map(grade).collect(),
+                })
+                .collect(),
+            waist_band: self.waist_band.iter().map(|&id| edge_name(id)).collect(),
+            ribs: self
+                .ribs
+                .iter()
+                .map(|r| {
+                    let EdgeName { panel, edge } = edge_name(r.edge);
+                    RibName { panel, edge, scale: r.scale, modulus: r.modulus }
+                })
+                .collect(),
+            anchors: self
+                .anchors
+                .iter()
+                .map(|a| {
+                    let EdgeName { panel, edge } = edge_name(a.edge);
+                    AnchorName { panel, edge, count: a.count }
+                })
+                .collect(),
         };
         let spec = |extension| PatternSpec {
             pattern: garmentcode::Garment {
@@ -235,7 +237,8 @@ impl GradedPattern {
             },
             other: Map::from_iter([("modiste".to_owned(), extension)]),
         };
-        let text = serde_json::to_value(&extension).and_then(|extension| serde_json::to_string_pretty(&spec(extension)));
+        let text =
+            serde_json::to_value(&extension).and_then(|extension| serde_json::to_string_pretty(&spec(extension)));
         match text {
             Ok(text) => number_rows_on_one_line(&text),
             Err(error) => unreachable!("plain data serialises: {error}"),
@@ -367,7 +370,10 @@ mod tests {
         assert_eq!(again.stitches, pattern.stitches);
         assert_eq!(again.waist_band, pattern.waist_band);
         for (a, b) in again.panels.iter().zip(&pattern.panels) {
-            assert_eq!((&a.name, &a.edge_labels, a.wrap, &a.lower_part), (&b.name, &b.edge_labels, b.wrap, &b.lower_part));
+            assert_eq!(
+                (&a.name, &a.edge_labels, a.wrap, &a.lower_part),
+                (&b.name, &b.edge_labels, b.wrap, &b.lower_part)
+            );
             for (p, q) in a.outlines.iter().zip(&b.outlines) {
                 assert!(p.vertices.iter().zip(&q.vertices).all(|(v, w)| v.distance(*w) < 1e-7));
                 assert!((p.edge_length(1) - q.edge_length(1)).abs() < 1e-7);

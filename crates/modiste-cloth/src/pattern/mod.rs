@@ -218,9 +218,9 @@ impl GradedPattern {
     /// Index of the size for a body with these girths: the one nearest to the largest demand of its girths.
     pub fn choose_size(&self, body: &Girths) -> usize {
         let demand = |size: &Size| match self.fit {
-            FitRule::Upper => {
-                (body.chest - size.chest_girth).max(body.waist - size.waist_girth - 0.09).max(body.hip - size.hip_girth - 0.04)
-            }
+            FitRule::Upper => (body.chest - size.chest_girth)
+                .max(body.waist - size.waist_girth - 0.09)
+                .max(body.hip - size.hip_girth - 0.04),
             FitRule::Lower => (body.hip - size.hip_girth).max(body.waist - size.waist_girth - 0.08),
         };
         let mut best = (0, f64::INFINITY);

@@ -71,9 +71,13 @@ pub fn training_sequences(
 ) -> Result<Vec<Sequence>, TrainingError> {
     let mut sequences = Vec::new();
     type Maker = fn(&Body, f64) -> Result<Motion, BodyError>;
-    let with_clips = mocap.is_some_and(|folder| modiste_io::exists(folder));
+    let with_clips = mocap.is_some_and(modiste_io::exists);
     let made: &[(&str, Maker, f64)] = if with_clips {
-        &[("made_walk", generate::walk, 3.0), ("made_turn", generate::turn, 3.0), ("made_raise_arms", generate::raise_arms, 3.0)]
+        &[
+            ("made_walk", generate::walk, 3.0),
+            ("made_turn", generate::turn, 3.0),
+            ("made_raise_arms", generate::raise_arms, 3.0),
+        ]
     } else {
         &[
             ("made_walk", generate::walk, 5.0),
@@ -101,7 +105,12 @@ pub fn held_out_sequences(body: &Body, mocap: &Path, progress: &dyn Progress) ->
     clips(body, mocap, &HELD_OUT_CLIPS, progress)
 }
 
-fn clips(body: &Body, folder: &Path, windows: &[Window], progress: &dyn Progress) -> Result<Vec<Sequence>, TrainingError> {
+fn clips(
+    body: &Body,
+    folder: &Path,
+    windows: &[Window],
+    progress: &dyn Progress,
+) -> Result<Vec<Sequence>, TrainingError> {
     let mut sequences = Vec::new();
     for window in windows {
         let path = folder.join(format!("{}.bvh.gz", window.clip));

@@ -25,12 +25,18 @@ struct Best {
 }
 
 impl Best {
-    /// Takes a face if it is nearer.
+    /// Takes a face if it is nearer and accepted.
     #[inline(always)]
-    fn offer(&mut self, index: usize, p: Vec3, triangle: [Vec3; 3]) -> bool {
+    fn offer(
+        &mut self,
+        index: usize,
+        p: Vec3,
+        triangle: [Vec3; 3],
+        accept: &mut impl FnMut(usize, Vec3) -> bool,
+    ) -> bool {
         let (point, barycentric) = closest_point_on_triangle(p, triangle);
         let distance_squared = point.distance_squared(p);
-        let nearer = distance_squared < self.distance_squared;
+        let nearer = distance_squared < self.distance_squared && accept(index, point);
         if nearer {
             *self = Self { distance_squared, index, barycentric, point };
         }
@@ -54,17 +60,33 @@ impl TriangleBvh {
         max_distance: f64,
         likely: Option<u32>,
     ) -> Option<SurfacePoint> {
+        self.closest_point_where(x, p, max_distance, likely, |_, _| true)
+    }
+
+    /// [`Self::closest_point_near`] among the points that `accept`, given a face and its point nearest to `p`, says yes to.
+    ///
+    /// It is asked only about points that are nearer than the best so far; a face whose nearest point it refuses is left
+    /// out as a whole.
+    pub fn closest_point_where(
+        &self,
+        x: &[Vec3],
+        p: Vec3,
+        max_distance: f64,
+        likely: Option<u32>,
+        mut accept: impl FnMut(u32, Vec3) -> bool,
+    ) -> Option<SurfacePoint> {
         if !p.is_finite() {
             return None;
         }
+        let mut accept = |index: usize, point: Vec3| accept(self.faces[index], point);
         // The bound itself counts as found.
         let distance_squared = (max_distance * max_distance).next_up();
         let mut best = Best { distance_squared, index: usize::MAX, barycentric: [0.0; 3], point: p };
         let place = likely.and_then(|face| self.places.get(face as usize)).filter(|&&place| place != u32::MAX);
         if let Some(&place) = place {
-            best.offer(place as usize, p, self.triangle(place as usize, x));
+            best.offer(place as usize, p, self.triangle(place as usize, x), &mut accept);
         }
-        self.search(x, p, &mut best);
+        self.search(x, p, &mut best, &mut accept);
         (best.index != usize::MAX).then(|| SurfacePoint {
             face: self.faces[best.index],
             barycentric: best.barycentric,
@@ -73,7 +95,7 @@ impl TriangleBvh {
         })
     }
 
-    fn search(&self, x: &[Vec3], p: Vec3, best: &mut Best) {
+    fn search(&self, x: &[Vec3], p: Vec3, best: &mut Best, accept: &mut impl FnMut(usize, Vec3) -> bool) {
         let rounding = self.rounding(p);
         let limit = |distance_squared: f64| {
             let reach = distance_squared.sqrt() + rounding;
@@ -111,7 +133,7 @@ impl TriangleBvh {
                 }
                 ChildKind::Leaf(first, count) => {
                     for index in first..first + count {
-                        if best.offer(index, p, self.triangle(index, x)) {
+                        if best.offer(index, p, self.triangle(index, x), accept) {
                             bound = limit(best.distance_squared);
                         }
                     }
@@ -176,6 +198,22 @@ mod tests {
                 }
                 tree.refit(&x);
             }
+        }
+    }
+
+    #[test]
+    fn refused_faces_are_as_if_they_were_not_there() {
+        let mesh = icosphere(3);
+        let x = &mesh.vertices;
+        let tree = TriangleBvh::new(&mesh.topology, x);
+        let some: Vec<u32> = (0..mesh.topology.face_count() as u32).filter(|face| face % 7 == 1).collect();
+        let fewer = TriangleBvh::of_faces(&mesh.topology, x, &some);
+        let mut rng = seeded_rng(4);
+        for face in 0..100 {
+            let p = Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
+            let found = tree.closest_point_where(x, p, f64::INFINITY, Some(face), |face, _| face % 7 == 1).unwrap();
+            assert!((found.distance - fewer.closest_point(x, p, f64::INFINITY).unwrap().distance).abs() < 1e-12);
+            assert_eq!(tree.closest_point_where(x, p, f64::INFINITY, None, |_, _| false), None);
         }
     }
 

@@ -50,6 +50,7 @@ impl RowLayout {
 }
 
 /// Writes one row of regressors; `poses` and `wrinkles` are those of the frame before and of the one before that.
+#[expect(clippy::too_many_arguments, reason = "the terms of eq. 5 one by one")]
 pub(crate) fn fill_row(
     inputs: &PoseInputs,
     layout: RowLayout,
@@ -102,7 +103,9 @@ impl Dynamics {
             [0, layout.pose, layout.history, layout.history + n, layout.change, layout.change + layout.change_count];
         let ends = [starts[1], starts[2], starts[3], starts[4], starts[5], layout.end];
         std::array::from_fn(|block| {
-            Matrix::from_fn(ends[block] - starts[block], n, |row, column| self.coefficients[(starts[block] + row, column)])
+            Matrix::from_fn(ends[block] - starts[block], n, |row, column| {
+                self.coefficients[(starts[block] + row, column)]
+            })
         })
     }
 
@@ -163,11 +166,7 @@ impl Dynamics {
 pub(crate) fn spectral_radius(coefficients: &Matrix, layout: RowLayout) -> Result<f64, GarmentError> {
     let n = layout.wrinkle_count;
     let companion = Matrix::from_fn(2 * n, 2 * n, |row, column| {
-        if row < n {
-            coefficients[(layout.history + column, row)]
-        } else {
-            f64::from(u8::from(row - n == column))
-        }
+        if row < n { coefficients[(layout.history + column, row)] } else { f64::from(u8::from(row - n == column)) }
     });
     largest_eigenvalue_magnitude(&companion).map_err(GarmentError::solve("stability of the dynamics"))
 }

@@ -9,6 +9,9 @@ use super::dynamics::{Dynamics, RowLayout, apply_row, fill_row, spectral_radius}
 use super::features::{InputOptions, PoseInputs};
 use crate::GarmentError;
 
+/// Weight of the history from which on it is doubled where the history is not stable.
+const SMALLEST_STABLE_RIDGE: f64 = 1e-5;
+
 /// How the dynamics are learned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DynamicsOptions {
@@ -22,7 +25,7 @@ pub struct DynamicsOptions {
     /// Times that the model is run freely over its training motions and learned again with its own past added to the
     /// true one, so that it learns to return from its own errors. 0 is the paper.
     pub rehearsals: usize,
-    /// Largest spectral radius of the history that is accepted; above it M2 and M3 are scaled (see [`learn`]).
+    /// Largest spectral radius of the history that is accepted; above it the history is weighed more (see [`learn`]).
     pub max_spectral_radius: f64,
 }
 
@@ -32,7 +35,7 @@ impl Default for DynamicsOptions {
             inputs: InputOptions::default(),
             ridges: vec![1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0],
             folds: 4,
-            rehearsals: 1,
+            rehearsals: 0,
             max_spectral_radius: 0.98,
         }
     }
@@ -51,7 +54,7 @@ pub struct DynamicsTraining {
     pub held_out_error: f64,
     /// The same for the model of order zero.
     pub static_held_out_error: f64,
-    /// Spectral radius of the history before any scaling.
+    /// Spectral radius of the history with the chosen weights.
     pub learned_spectral_radius: f64,
     /// Spectral radius of the history as it is used.
     pub spectral_radius: f64,
@@ -111,8 +114,7 @@ impl Normal {
 /// Learns eq. 5 from motions and the wrinkles of their frames, in the same order.
 ///
 /// Regressors reach back within their own sequence only. If the spectral radius ρ of the history is above the wanted
-/// limit ρ*, M2 is scaled by ρ*/ρ and M3 by its square, which scales every eigenvalue of the companion matrix by exactly
-/// ρ*/ρ, and the other matrices are learned again for the history as it now is.
+/// limit ρ*, the weight of |M2|² and |M3|² is doubled until it is not: with a heavy enough weight the history vanishes.
 ///
 /// # Errors
 /// No sequence with at least three frames, or a solve that fails.
@@ -161,21 +163,20 @@ impl Learner<'_> {
         let normals: Vec<Normal> =
             self.examples.par_iter().map(|example| self.normal(example, example.wrinkles)).collect();
         let ((pose_ridge, history_ridge), held_out_error) = self.choose(&normals, &static_coefficients)?;
-        let ridge = |row: usize| if self.is_history(row) { history_ridge } else { pose_ridge };
+        let weights = (pose_ridge, history_ridge);
         let mut normal = sum(&normals);
-        let mut coefficients = normal.solve(ridge)?;
+        let (mut coefficients, mut radii) = self.solve_stable(&normal, weights)?;
         for _ in 0..self.options.rehearsals {
-            let dynamics = self.assemble(self.stabilise(&normal, coefficients, ridge)?.0, &static_coefficients);
+            let dynamics = self.assemble(coefficients, &static_coefficients);
             let rehearsed: Vec<Normal> = self
                 .examples
                 .par_iter()
                 .map(|example| self.normal(example, &free_run(&dynamics, example.poses)))
                 .collect();
             normal.add(&sum(&rehearsed), 1.0);
-            coefficients = normal.solve(ridge)?;
+            (coefficients, radii) = self.solve_stable(&normal, weights)?;
         }
-        let learned_spectral_radius = spectral_radius(&coefficients, self.layout)?;
-        let (coefficients, spectral_radius) = self.stabilise(&normal, coefficients, ridge)?;
+        let [learned_spectral_radius, spectral_radius] = radii;
         let training = DynamicsTraining {
             pose_ridge,
             history_ridge,
@@ -279,11 +280,7 @@ impl Learner<'_> {
     fn choose(&self, normals: &[Normal], start: &Matrix) -> Result<((f64, f64), f64), GarmentError> {
         let ridges = &self.options.ridges;
         let pairs: Vec<(f64, f64)> = ridges.iter().flat_map(|&a| ridges.iter().map(move |&b| (a, b))).collect();
-        let train = |normal: &Normal, (pose, history): (f64, f64)| {
-            let ridge = |row: usize| if self.is_history(row) { history } else { pose };
-            let coefficients = normal.solve(ridge)?;
-            Ok(self.stabilise(normal, coefficients, ridge)?.0)
-        };
+        let train = |normal: &Normal, weights: (f64, f64)| Ok(self.solve_stable(normal, weights)?.0);
         self.validate(normals, &pairs, train, |coefficients, example| {
             let run = free_run(&self.assemble(coefficients.clone(), start), example.poses);
             run.iter().zip(example.wrinkles).map(|(run, truth)| squared_distance(truth, run)).sum()
@@ -303,38 +300,20 @@ impl Learner<'_> {
         all().map(|wrinkles| squared_distance(wrinkles, &mean)).sum::<f64>().max(f64::MIN_POSITIVE)
     }
 
-    /// Scales the history where it is not stable enough; see [`learn`]. Returns the spectral radius as well.
-    fn stabilise(
-        &self,
-        normal: &Normal,
-        mut coefficients: Matrix,
-        ridge: impl Fn(usize) -> f64,
-    ) -> Result<(Matrix, f64), GarmentError> {
-        let radius = spectral_radius(&coefficients, self.layout)?;
-        let limit = self.options.max_spectral_radius;
-        if radius <= limit {
-            return Ok((coefficients, radius));
+    /// Solves eq. 6 with the weight of the history raised until the history is stable enough; see [`learn`]. Returns the
+    /// spectral radius before and after as well.
+    fn solve_stable(&self, normal: &Normal, (pose, history): (f64, f64)) -> Result<(Matrix, [f64; 2]), GarmentError> {
+        let mut weight = history;
+        let mut first = None;
+        loop {
+            let coefficients = normal.solve(|row| if self.is_history(row) { weight } else { pose })?;
+            let radius = spectral_radius(&coefficients, self.layout)?;
+            let learned = *first.get_or_insert(radius);
+            if radius <= self.options.max_spectral_radius || !weight.is_finite() {
+                return Ok((coefficients, [learned, radius]));
+            }
+            weight = weight.max(SMALLEST_STABLE_RIDGE) * 2.0;
         }
-        let scale = limit / radius;
-        for row in self.layout.history..self.layout.change {
-            let power = if row < self.layout.history + self.count { scale } else { scale * scale };
-            coefficients.row_mut(row).iter_mut().for_each(|value| *value *= power);
-        }
-        // With the history fixed, the rest solves the normal equations less what the history accounts for.
-        let free: Vec<usize> = (0..self.layout.end).filter(|&row| !self.is_history(row)).collect();
-        let fixed: Vec<usize> = (self.layout.history..self.layout.change).collect();
-        let among = |rows: &[usize], columns: &[usize]| {
-            Matrix::from_fn(rows.len(), columns.len(), |i, j| normal.gram[(rows[i], columns[j])])
-        };
-        let history = Matrix::from_fn(fixed.len(), self.count, |i, j| coefficients[(fixed[i], j)]);
-        let accounted = among(&free, &fixed).matmul(&history);
-        let cross = Matrix::from_fn(free.len(), self.count, |i, j| normal.cross[(free[i], j)] - accounted[(i, j)]);
-        let rest = Normal { gram: among(&free, &free), cross, rows: normal.rows }.solve(|i| ridge(free[i]))?;
-        for (i, &row) in free.iter().enumerate() {
-            coefficients.row_mut(row).copy_from_slice(rest.row(i));
-        }
-        let radius = spectral_radius(&coefficients, self.layout)?;
-        Ok((coefficients, radius))
     }
 }
 

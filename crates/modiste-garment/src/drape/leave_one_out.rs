@@ -86,8 +86,7 @@ struct Fold {
 /// Inner products of all samples' gradients less the identity's, which keeps them small.
 fn gram(set: &TrainingSet, area_weighted: bool) -> Matrix {
     let mut rows = shape_gradients(&set.garment, &set.shapes);
-    let weights =
-        if area_weighted { area_weights(&set.garment.topology, &set.garment.template) } else { Vec::new() };
+    let weights = if area_weighted { area_weights(&set.garment.topology, &set.garment.template) } else { Vec::new() };
     for row in &mut rows {
         for face in row.chunks_exact_mut(9) {
             for diagonal in [0, 4, 8] {
@@ -100,7 +99,8 @@ fn gram(set: &TrainingSet, area_weighted: bool) -> Matrix {
     }
     let dot = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(&a, &b)| f64::from(a) * f64::from(b)).sum::<f64>();
     let count = rows.len();
-    let lower: Vec<Vec<f64>> = (0..count).into_par_iter().map(|i| (0..=i).map(|j| dot(&rows[i], &rows[j])).collect()).collect();
+    let lower: Vec<Vec<f64>> =
+        (0..count).into_par_iter().map(|i| (0..=i).map(|j| dot(&rows[i], &rows[j])).collect()).collect();
     Matrix::from_fn(count, count, |i, j| lower[i.max(j)][i.min(j)])
 }
 
@@ -114,11 +114,9 @@ fn fold(
 ) -> Result<Fold, GarmentError> {
     let kept: Vec<usize> = (0..set.shapes.len()).filter(|&sample| sample != left_out).collect();
     let n = kept.len();
-    let row_mean: Vec<f64> =
-        kept.iter().map(|&i| kept.iter().map(|&j| gram[(i, j)]).sum::<f64>() / n as f64).collect();
+    let row_mean: Vec<f64> = kept.iter().map(|&i| kept.iter().map(|&j| gram[(i, j)]).sum::<f64>() / n as f64).collect();
     let grand_mean = row_mean.iter().sum::<f64>() / n as f64;
-    let centred =
-        Matrix::from_fn(n, n, |i, j| gram[(kept[i], kept[j])] - row_mean[i] - row_mean[j] + grand_mean);
+    let centred = Matrix::from_fn(n, n, |i, j| gram[(kept[i], kept[j])] - row_mean[i] - row_mean[j] + grand_mean);
     let (values, vectors) = symmetric_eigen(&centred).map_err(GarmentError::solve("PCA of shapes"))?;
     let count = values.iter().take(options.count).take_while(|&&value| value > 1e-10 * values[0]).count();
     let coefficients = Matrix::from_fn(n, count, |i, k| vectors[(i, k)] * values[k].sqrt());
@@ -126,7 +124,8 @@ fn fold(
     let error = |garment_shape: &[f64]| {
         let weights: Vec<f64> = (0..n)
             .map(|i| {
-                let along: f64 = garment_shape.iter().enumerate().map(|(k, c)| c * vectors[(i, k)] / values[k].sqrt()).sum();
+                let along: f64 =
+                    garment_shape.iter().enumerate().map(|(k, c)| c * vectors[(i, k)] / values[k].sqrt()).sum();
                 1.0 / n as f64 + along
             })
             .collect();

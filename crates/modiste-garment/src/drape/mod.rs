@@ -19,8 +19,8 @@ mod wrinkle;
 
 pub use dynamics::{Dynamics, DynamicsState};
 pub use dynamics_training::{DynamicsOptions, DynamicsTraining, learn as learn_dynamics};
-pub use file::KIND;
 pub use features::{InputOptions, PoseInputs};
+pub use file::KIND;
 pub use leave_one_out::{LeaveOneOut, Placement, leave_one_out};
 pub use model::{DrapeModel, Provenance, TrainOptions};
 pub use shape::{ShapeModel, ShapeOptions};

@@ -67,7 +67,7 @@ impl DrapeModel {
         let (dynamics, training) = learn(&set.garment.face_parts, &motions, &coefficients, &options.dynamics)?;
         if training.spectral_radius < training.learned_spectral_radius {
             progress.warn(&format!(
-                "{stage}: the wrinkle dynamics had a spectral radius of {:.4} and were scaled to {:.4}",
+                "{stage}: the wrinkle dynamics had a spectral radius of {:.4} and were weighed down to {:.4}",
                 training.learned_spectral_radius, training.spectral_radius
             ));
         }

@@ -48,7 +48,8 @@ impl ShapeModel {
         }
         let rows = shape_gradients(garment, samples);
         let rows: Vec<&[f32]> = rows.iter().map(Vec::as_slice).collect();
-        let weights = if options.area_weighted { area_weights(&garment.topology, &garment.template) } else { Vec::new() };
+        let weights =
+            if options.area_weighted { area_weights(&garment.topology, &garment.template) } else { Vec::new() };
         let pca = Pca::fit_weighted(&rows, &weights, options.count).map_err(GarmentError::solve("PCA of shapes"))?;
         let coefficients: Vec<Vec<f64>> = rows.iter().map(|row| pca.project(row)).collect();
         let bodies: Vec<&[f64]> = samples.iter().map(|sample| sample.shape.as_slice()).collect();

@@ -119,7 +119,8 @@ pub(crate) fn training_set() -> TrainingSet {
     let garment = tube("tube", 0.15, PELVIS);
     let mut rng = seeded_rng(11);
     let mut draw = || (0..5).map(|_| normal(&mut rng)).collect::<Vec<f64>>();
-    let shapes = (0..12).map(|_| draw()).map(|shape| ShapeSample { vertices: shaped(&garment, &shape), shape }).collect();
+    let shapes =
+        (0..12).map(|_| draw()).map(|shape| ShapeSample { vertices: shaped(&garment, &shape), shape }).collect();
     let sequences = (0..5).map(|seed| sequence(&garment, &format!("motion-{seed}"), motion(seed, 80))).collect();
     TrainingSet { garment, shapes, sequences, seed: 7, sources: vec![("pattern.json".into(), "abc".into())] }
 }

@@ -193,7 +193,8 @@ fn a_training_set_is_read_back_from_its_folder() {
     let set = training_set();
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name);
-    let entry = |name: &str, finished| serde_json::json!({"name": name, "kind": "pose", "frames": 80, "finished": finished});
+    let entry =
+        |name: &str, finished| serde_json::json!({"name": name, "kind": "pose", "frames": 80, "finished": finished});
     let manifest = serde_json::json!({
         "schema": 1, "garment": "tube", "gender": "female", "seed": 7, "hashes": {"pattern.json": "abc"},
         "sequences": [entry("motion-0", true), entry("motion-1", false)], "dropped": [],

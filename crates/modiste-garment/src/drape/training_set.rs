@@ -156,7 +156,8 @@ impl TrainingSet {
 
     /// Takes out the sequences for which `held_out` is true, so that they can be tested on.
     pub fn hold_out(&mut self, held_out: impl Fn(&str) -> bool) -> Vec<PoseSequence> {
-        let (out, kept) = std::mem::take(&mut self.sequences).into_iter().partition(|sequence| held_out(&sequence.name));
+        let (out, kept) =
+            std::mem::take(&mut self.sequences).into_iter().partition(|sequence| held_out(&sequence.name));
         self.sequences = kept;
         out
     }

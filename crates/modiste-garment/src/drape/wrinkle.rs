@@ -72,8 +72,10 @@ impl WrinkleModel {
         if samples.len() < 2 {
             return Err(GarmentError::data("pose training set", "at least 2 frames", samples.len()));
         }
-        let weights = if options.area_weighted { area_weights(&garment.topology, &garment.template) } else { Vec::new() };
-        let mut pca = Pca::fit_weighted(&samples, &weights, options.max_count).map_err(GarmentError::solve("PCA of wrinkles"))?;
+        let weights =
+            if options.area_weighted { area_weights(&garment.topology, &garment.template) } else { Vec::new() };
+        let mut pca =
+            Pca::fit_weighted(&samples, &weights, options.max_count).map_err(GarmentError::solve("PCA of wrinkles"))?;
         let count = enough(&pca.std_devs, options.variance * pca.total_variance, options.min_count);
         pca.std_devs.truncate(count);
         pca.basis.truncate(count * pca.dimensions());

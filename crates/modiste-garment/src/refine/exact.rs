@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use modiste_core::{Topology, Vec3};
 
-use super::obstacle::{Contact, Contacts, Hints, NO_HINTS, Obstacle};
+use super::obstacle::{Contact, NO_HINT, Obstacle};
 use super::warp::{Push, Stiffness, Warp, WarpOptions};
 
 /// How cloth is pushed out exactly.
@@ -66,23 +66,63 @@ pub struct ExactReport {
 
 /// Between opposite contacts whose normals have a product below this, a vertex has two walls to stay away from.
 const OPPOSITE: f64 = -0.3;
-/// Longest step of a single vertex in one final round (m).
+/// Longest step of a single vertex between two walls in one final round (m).
 const LONGEST_STEP: f64 = 0.015;
 /// Body vertices may show through cloth whose corners are at most this far from the body (m).
 const SHOW_REACH: f64 = 0.012;
 /// Depth below the cloth that body vertices are sent to (m).
 const SHOW_CLEARANCE: f64 = 0.001;
 
+/// The contacts of a vertex, one of each obstacle at most.
+#[derive(Debug, Clone, Copy)]
+struct Contacts {
+    items: [Contact; Self::MOST],
+    owners: [u8; Self::MOST],
+    count: usize,
+}
+
+impl Contacts {
+    /// Body and the garments below; those beyond are left out.
+    const MOST: usize = 4;
+
+    const EMPTY: Self = Self {
+        items: [Contact { distance: 0.0, normal: Vec3::ZERO, face: 0, pinched: false }; Self::MOST],
+        owners: [0; Self::MOST],
+        count: 0,
+    };
+
+    fn as_slice(&self) -> &[Contact] {
+        &self.items[..self.count]
+    }
+
+    fn push(&mut self, owner: usize, contact: Contact) {
+        if self.count < Self::MOST {
+            self.items[self.count] = contact;
+            self.owners[self.count] = owner as u8;
+            self.count += 1;
+        }
+    }
+
+    /// The least distance (m); infinite without contacts.
+    fn least(&self) -> f64 {
+        self.as_slice().iter().fold(f64::INFINITY, |least, contact| least.min(contact.distance))
+    }
+
+    /// The nearest contact and the obstacle it is with.
+    fn nearest(&self) -> Option<(usize, &Contact)> {
+        let owned = self.owners.iter().map(|&owner| usize::from(owner)).zip(self.as_slice());
+        owned.min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance))
+    }
+}
+
 /// Pushes one garment out of surfaces. Keeps the nearest faces of the last frame, which most often are the next ones.
 #[derive(Debug, Clone)]
 pub(crate) struct ExactPush {
     topology: Arc<Topology>,
     options: ExactOptions,
-    /// Per obstacle and vertex.
-    hints: Vec<Vec<Hints>>,
+    /// Nearest faces, per obstacle and vertex.
+    hints: Vec<Vec<u32>>,
     contacts: Vec<Contacts>,
-    /// The obstacle of the nearest contact.
-    owner: Vec<u8>,
     /// How far each vertex may move before its contacts must be found again (m).
     slack: Vec<f64>,
     pinched: Vec<bool>,
@@ -99,7 +139,6 @@ impl ExactPush {
             options,
             hints: Vec::new(),
             contacts: vec![Contacts::EMPTY; n],
-            owner: vec![0; n],
             slack: vec![0.0; n],
             pinched: vec![false; n],
             pushes: Vec::new(),
@@ -109,10 +148,10 @@ impl ExactPush {
     }
 
     pub(crate) fn run(&mut self, solver: &mut Warp, obstacles: &[&Obstacle], garment: &mut [Vec3]) -> ExactReport {
-        self.hints.resize_with(obstacles.len(), || vec![NO_HINTS; garment.len()]);
+        self.hints.resize_with(obstacles.len(), || vec![NO_HINT; garment.len()]);
         self.pinched.fill(false);
         for vertex in 0..garment.len() {
-            self.find_contacts(vertex, obstacles, garment);
+            self.find_contacts(vertex, obstacles, garment, false);
         }
         let mut report = ExactReport::default();
         (report.inside_before, report.depth_before) = self.inside();
@@ -128,8 +167,9 @@ impl ExactPush {
                 let vertex = vertex as usize;
                 garment[vertex] += self.warp[vertex];
                 self.slack[vertex] -= self.warp[vertex].length();
-                if self.slack[vertex] < self.options.trigger {
-                    self.find_contacts(vertex, obstacles, garment);
+                // What is pinched is moved by itself afterwards.
+                if self.slack[vertex] < self.options.trigger && !self.pinched[vertex] {
+                    self.find_contacts(vertex, obstacles, garment, false);
                 }
             }
         }
@@ -139,21 +179,16 @@ impl ExactPush {
         report
     }
 
-    fn find_contacts(&mut self, vertex: usize, obstacles: &[&Obstacle], garment: &[Vec3]) {
-        let mut all = Contacts::EMPTY;
-        let mut least = self.options.reach;
+    fn find_contacts(&mut self, vertex: usize, obstacles: &[&Obstacle], garment: &[Vec3], precise: bool) {
+        let mut contacts = Contacts::EMPTY;
         for (index, (obstacle, hints)) in obstacles.iter().zip(&mut self.hints).enumerate() {
-            let contacts = obstacle.contacts(garment[vertex], self.options.reach, &mut hints[vertex]);
-            for contact in contacts.as_slice() {
-                if contact.distance < least {
-                    least = contact.distance;
-                    self.owner[vertex] = index as u8;
-                }
-                all.push(*contact);
+            if let Some(contact) = obstacle.contact(garment[vertex], self.options.reach, &mut hints[vertex], precise) {
+                contacts.push(index, contact);
             }
         }
-        self.contacts[vertex] = all;
-        self.slack[vertex] = least;
+        self.pinched[vertex] |= contacts.as_slice().iter().any(|contact| contact.pinched);
+        self.slack[vertex] = contacts.least().min(self.options.reach);
+        self.contacts[vertex] = contacts;
     }
 
     /// Number of vertices inside and the depth of the deepest (m).
@@ -171,10 +206,8 @@ impl ExactPush {
                 continue;
             }
             let contacts = contacts.as_slice();
-            if let Some([a, b]) = opposite_pair(contacts)
-                && a.distance + b.distance <= 0.0
-            {
-                self.pinched[vertex] = true;
+            // A push towards the rim of a crossing would drag the neighbours along.
+            if contacts.iter().any(|contact| contact.pinched) {
                 continue;
             }
             for contact in contacts {
@@ -183,7 +216,12 @@ impl ExactPush {
                 if contact.distance < trigger {
                     shortfall = shortfall.max(trigger - contact.distance);
                     let gap = wanted - contact.distance;
-                    self.pushes.push(Push { vertex: vertex as u32, normal: contact.normal, gap, weight: self.options.weight });
+                    self.pushes.push(Push {
+                        vertex: vertex as u32,
+                        normal: contact.normal,
+                        gap,
+                        weight: self.options.weight,
+                    });
                 }
             }
         }
@@ -203,8 +241,8 @@ impl ExactPush {
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
             let mut lift: f64 = 0.0;
             for &vertex in face {
-                let Some(contact) = nearest_contact(&self.contacts[vertex as usize]) else { continue };
-                let obstacle = obstacles[usize::from(self.owner[vertex as usize])];
+                let Some((owner, contact)) = self.contacts[vertex as usize].nearest() else { continue };
+                let obstacle = obstacles[owner];
                 for body_vertex in obstacle.topology().faces()[contact.face as usize] {
                     if obstacle.vertex_normals()[body_vertex as usize].dot(normal) > 0.2 {
                         lift = lift.max(height_above(corners, normal, obstacle.vertices()[body_vertex as usize]));
@@ -227,45 +265,29 @@ impl ExactPush {
         let least = self.options.least;
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.clear();
-        waiting.extend((0u32..).zip(&self.contacts).filter(|(_, contacts)| contacts.least() < least).map(|(vertex, _)| vertex));
-        for _ in 0..self.options.final_rounds {
+        waiting.extend(
+            (0u32..).zip(&self.contacts).filter(|(_, contacts)| contacts.least() < least).map(|(vertex, _)| vertex),
+        );
+        for &vertex in &waiting {
+            let vertex = vertex as usize;
+            if self.pinched[vertex] {
+                self.find_contacts(vertex, obstacles, garment, false);
+            }
+        }
+        for round in 0..self.options.final_rounds {
             if waiting.is_empty() {
                 break;
             }
             waiting.retain(|&vertex| {
                 let vertex = vertex as usize;
-                let contacts = self.contacts[vertex];
-                if opposite_pair(contacts.as_slice()).is_some_and(|[a, b]| a.distance + b.distance <= 0.0) {
-                    self.pinched[vertex] = true;
-                }
-                garment[vertex] += least_step(contacts.as_slice(), 2.0 * least);
-                self.find_contacts(vertex, obstacles, garment);
+                garment[vertex] += least_step(self.contacts[vertex].as_slice(), 2.0 * least);
+                // The first steps lead near the way out, the others find it exactly.
+                self.find_contacts(vertex, obstacles, garment, round > 0);
                 self.contacts[vertex].least() < least
             });
         }
         self.waiting = waiting;
     }
-}
-
-/// The nearest contact of a vertex.
-fn nearest_contact(contacts: &Contacts) -> Option<&Contact> {
-    contacts.as_slice().iter().min_by(|a, b| a.distance.total_cmp(&b.distance))
-}
-
-/// The two contacts that face each other most, if any do.
-fn opposite_pair(contacts: &[Contact]) -> Option<[Contact; 2]> {
-    let mut found = None;
-    let mut most = OPPOSITE;
-    for (index, a) in contacts.iter().enumerate() {
-        for b in &contacts[index + 1..] {
-            let product = a.normal.dot(b.normal);
-            if product < most {
-                most = product;
-                found = Some([*a, *b]);
-            }
-        }
-    }
-    found
 }
 
 /// The distance that a vertex is to keep from a contact (m): less than the clearance between two walls that are close.
@@ -275,9 +297,7 @@ fn wanted_distance(contact: &Contact, contacts: &[Contact], clearance: f64) -> f
     room.max(0.0)
 }
 
-/// The shortest step (m) to `wanted` distance from the nearest two contacts, bounded.
-///
-/// Between walls that have passed through each other it leads along the lens between them, to its rim.
+/// The shortest step (m) to `wanted` distance from the nearest two contacts.
 fn least_step(contacts: &[Contact], wanted: f64) -> Vec3 {
     let gap = |contact: &Contact| wanted_distance(contact, contacts, wanted).max(1e-5) - contact.distance;
     let mut sorted = [None; 2];
@@ -290,18 +310,17 @@ fn least_step(contacts: &[Contact], wanted: f64) -> Vec3 {
     }
     let Some(first) = sorted[0].filter(|first| gap(first) > 0.0) else { return Vec3::ZERO };
     let single = gap(first) * first.normal;
-    let step = match sorted[1] {
+    match sorted[1] {
         // The single step would get too near to the second contact, so both are met at once.
         Some(second) if single.dot(second.normal) < gap(second) => {
             let cosine = first.normal.dot(second.normal);
             let determinant = (1.0 - cosine * cosine).max(0.02);
             let along_first = (gap(first) - cosine * gap(second)) / determinant;
             let along_second = (gap(second) - cosine * gap(first)) / determinant;
-            along_first * first.normal + along_second * second.normal
+            (along_first * first.normal + along_second * second.normal).clamp_length_max(LONGEST_STEP)
         }
         _ => single,
-    };
-    step.clamp_length_max(LONGEST_STEP)
+    }
 }
 
 /// Height (m) of a point above a triangle, or minus infinity where it is not above it.

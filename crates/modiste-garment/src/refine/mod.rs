@@ -2,6 +2,7 @@
 
 pub mod anchors;
 mod exact;
+mod exposure;
 mod fit;
 mod layers;
 mod nearest;

@@ -180,11 +180,7 @@ impl Warp {
         for push in pushes {
             let i = push.vertex as usize;
             let weighted = push.weight * push.normal;
-            block[i] += Mat3::from_cols(
-                weighted * push.normal.x,
-                weighted * push.normal.y,
-                weighted * push.normal.z,
-            );
+            block[i] += Mat3::from_cols(weighted * push.normal.x, weighted * push.normal.y, weighted * push.normal.z);
             residual[i] += push.gap * weighted;
         }
         for pull in pulls {
@@ -326,7 +322,8 @@ mod tests {
     fn a_few_rings_are_as_good_as_the_whole_mesh() {
         let sphere = icosphere(4);
         let (pushes, pulls) = constraints(&sphere.vertices);
-        let pushes: Vec<Push> = pushes.into_iter().filter(|push| sphere.vertices[push.vertex as usize].y > 0.95).collect();
+        let pushes: Vec<Push> =
+            pushes.into_iter().filter(|push| sphere.vertices[push.vertex as usize].y > 0.95).collect();
         let stiffness = Stiffness { smooth: 4.0, damping: 0.8 };
         let mut solver = Warp::new(&sphere.topology);
         let mut run = |rings: usize| {

@@ -147,7 +147,8 @@ fn draft_size(block: &Block, hip: f64) -> [(Outline, Vec<String>); 2] {
 
     let seat = 0.42 * rise;
     // The front's outseam mirrors into the back's: same heights, same insets, so both sides are equally long.
-    let hip_controls = |x: f64| [(x, hip_line + 0.4 * (rise - hip_line)), (x - 0.8 * side, rise - 0.3 * (rise - hip_line))];
+    let hip_controls =
+        |x: f64| [(x, hip_line + 0.4 * (rise - hip_line)), (x - 0.8 * side, rise - 0.3 * (rise - hip_line))];
     let [low, high] = hip_controls(front);
     let front_piece = Pen::start((-front_fork, 0.0))
         .line("inseam", (-front_fork + front_taper, -inseam))

@@ -215,8 +215,18 @@ fn draft_front(m: &Measures) -> (Outline, Vec<String>) {
         .cubic("side_left", side[0], side[1], (chest, -m.underarm))
         .cubic("armhole_left", tip[1], tip[0], (m.shoulder_half, -m.shoulder_drop))
         .line("shoulder_left", (m.neck_half, 0.0))
-        .cubic("neck_left", (m.neck_half, -0.55 * m.neck_front), (0.6 * m.neck_half, -m.neck_front), (0.0, -m.neck_front))
-        .cubic("neck_right", (-0.6 * m.neck_half, -m.neck_front), (-m.neck_half, -0.55 * m.neck_front), (-m.neck_half, 0.0))
+        .cubic(
+            "neck_left",
+            (m.neck_half, -0.55 * m.neck_front),
+            (0.6 * m.neck_half, -m.neck_front),
+            (0.0, -m.neck_front),
+        )
+        .cubic(
+            "neck_right",
+            (-0.6 * m.neck_half, -m.neck_front),
+            (-m.neck_half, -0.55 * m.neck_front),
+            (-m.neck_half, 0.0),
+        )
         .line("shoulder_right", (-m.shoulder_half, -m.shoulder_drop))
         .cubic("armhole_right", left(tip[0]), left(tip[1]), (-chest, -m.underarm))
         .cubic("side_right", left(side[1]), left(side[0]), (-hem, -m.length))
@@ -230,8 +240,18 @@ fn draft_back(m: &Measures) -> (Outline, Vec<String>) {
         .cubic("side_right", left(side[0]), left(side[1]), (-chest, -m.underarm))
         .cubic("armhole_right", left(tip[1]), left(tip[0]), (-m.shoulder_half, -m.shoulder_drop))
         .line("shoulder_right", (-m.neck_half, 0.0))
-        .cubic("neck_right", (-m.neck_half + 0.004, -0.8 * m.neck_back), (-0.5 * m.neck_half, -m.neck_back), (0.0, -m.neck_back))
-        .cubic("neck_left", (0.5 * m.neck_half, -m.neck_back), (m.neck_half - 0.004, -0.8 * m.neck_back), (m.neck_half, 0.0))
+        .cubic(
+            "neck_right",
+            (-m.neck_half + 0.004, -0.8 * m.neck_back),
+            (-0.5 * m.neck_half, -m.neck_back),
+            (0.0, -m.neck_back),
+        )
+        .cubic(
+            "neck_left",
+            (0.5 * m.neck_half, -m.neck_back),
+            (m.neck_half - 0.004, -0.8 * m.neck_back),
+            (m.neck_half, 0.0),
+        )
         .line("shoulder_left", (m.shoulder_half, -m.shoulder_drop))
         .cubic("armhole_left", tip[0], tip[1], (chest, -m.underarm))
         .cubic("side_left", side[1], side[0], (hem, -m.length))

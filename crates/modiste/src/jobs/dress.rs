@@ -1,0 +1,96 @@
+//! Dressing a moving body: the main job.
+
+use std::path::PathBuf;
+
+use modiste_body::{Gender, ScapeModel};
+use modiste_core::Progress;
+use modiste_garment::DrapeModel;
+use modiste_garment::refine::FitOptions;
+use modiste_io::StagedFolder;
+use modiste_scene::{Person, Report, Subject, write_results};
+use serde::Serialize;
+use std::sync::Arc;
+
+use crate::event::Reporter;
+use crate::{Assets, BodyChoice, JobError, Length, MotionChoice};
+
+/// Dresses a moving body and writes scene, arrays, pictures and report into a folder.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dress {
+    /// Whose body model and garments.
+    pub gender: Gender,
+    /// Which body.
+    pub body: BodyChoice,
+    /// What they do.
+    pub motion: MotionChoice,
+    /// What they wear; names of models in the assets.
+    pub garments: Vec<String>,
+    /// How much of the motion; all of a file or four seconds of an action when absent.
+    pub length: Option<Length>,
+    /// The folder for the results. Files of the same names in it are replaced.
+    pub out: PathBuf,
+}
+
+/// What dressing gives back.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Dressed {
+    /// What `report.json` says.
+    pub report: Report,
+    /// The files.
+    pub files: Vec<PathBuf>,
+}
+
+impl Default for Dress {
+    /// A woman of average shape walks in T-shirt and shorts.
+    fn default() -> Self {
+        Self {
+            gender: Gender::Female,
+            body: BodyChoice::Average,
+            motion: MotionChoice::Action(super::Action::Walk),
+            garments: vec!["tshirt".to_owned(), "shorts".to_owned()],
+            length: None,
+            out: PathBuf::from("out/dress"),
+        }
+    }
+}
+
+impl Dress {
+    pub(crate) fn run(&self, reporter: &Reporter<'_>) -> Result<Dressed, JobError> {
+        self.body.check()?;
+        if let Some(Length::Seconds(_)) = self.length {
+            // Frames are checked once the rate is known.
+            self.length.map_or(Ok(()), |length| length.check(30.0))?;
+        }
+        let assets = Assets::find()?;
+        let garment_files =
+            self.garments.iter().map(|name| assets.garment(self.gender, name)).collect::<Result<Vec<_>, _>>()?;
+        let folder = StagedFolder::new(&self.out)?;
+        let steps = 2 + garment_files.len();
+        reporter.start("load", steps);
+        let model = ScapeModel::load(assets.body(self.gender))?;
+        reporter.advance("load", 1);
+        let mut garments = Vec::new();
+        for file in &garment_files {
+            garments.push(Arc::new(DrapeModel::load(file)?));
+            reporter.advance("load", 1 + garments.len());
+        }
+        let body = self.body.make(&model, reporter)?;
+        reporter.finish("load");
+        let person = Person::new(body, garments)?;
+        let motion = self.motion.motion(person.body(), self.length, person.fps(), reporter)?;
+        let animation = person.animate(&motion, &FitOptions::default(), reporter)?;
+        let subject = Subject {
+            gender: self.gender.name().to_owned(),
+            shape: person.body().shape().to_vec(),
+            motion: self.motion.name(),
+            garments: person.garments().iter().map(|model| model.garment().name.clone()).collect(),
+        };
+        reporter.start("write", 1);
+        let (report, files) = write_results(&animation, subject, reporter.warnings(), folder)?;
+        reporter.finish("write");
+        for file in &files {
+            reporter.wrote(file);
+        }
+        Ok(Dressed { report, files })
+    }
+}

@@ -1,0 +1,67 @@
+//! Simulating what a garment is learned from.
+
+use std::path::PathBuf;
+
+use modiste_body::{Gender, ScapeModel};
+use modiste_cloth::training_set::{TrainingOptions, generate, training_sequences};
+use modiste_core::Progress;
+use serde::Serialize;
+
+use crate::event::Reporter;
+use crate::limits::check_range;
+use crate::{Assets, JobError, Sources};
+
+/// Dresses bodies of random shape and lets the mean body move in a garment, by physics. What an interrupted run finished
+/// is kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GarmentSimulate {
+    /// Whose bodies.
+    pub gender: Gender,
+    /// Name of the garment: one of the built-in patterns.
+    pub garment: String,
+    /// Number of bodies that are dressed.
+    pub bodies: usize,
+    /// Seed of their shapes.
+    pub seed: u64,
+    /// Where captured motions are.
+    pub sources: Sources,
+    /// The folder for the training set.
+    pub out: PathBuf,
+}
+
+/// What simulating gives back.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SimulatedGarment {
+    /// The folder.
+    pub folder: PathBuf,
+    /// Dressed bodies.
+    pub bodies: usize,
+    /// Motions.
+    pub sequences: usize,
+    /// Their frames.
+    pub frames: usize,
+    /// Bodies and motions that were left out, with the reason.
+    pub dropped: Vec<String>,
+}
+
+impl GarmentSimulate {
+    pub(crate) fn run(&self, reporter: &Reporter<'_>) -> Result<SimulatedGarment, JobError> {
+        check_range("number of bodies", self.bodies as f64, (3.0, 2000.0), "bodies")?;
+        let model = ScapeModel::load(Assets::find()?.body(self.gender))?;
+        let mocap = self.sources.mocap();
+        if mocap.is_none() {
+            reporter.warn("no captured motions are there: the garment is learned from made motions alone");
+        }
+        let sequences = training_sequences(&model.body(&[])?, mocap.as_deref(), reporter)?;
+        let options =
+            TrainingOptions { body_count: self.bodies, seed: self.seed, ..TrainingOptions::new(&self.garment) };
+        let summary = generate(&model, &sequences, &options, &self.out, reporter)?;
+        Ok(SimulatedGarment {
+            folder: self.out.clone(),
+            bodies: summary.bodies,
+            sequences: summary.sequences,
+            frames: summary.frames,
+            dropped: summary.dropped.iter().map(|part| format!("{}: {}", part.name, part.why)).collect(),
+        })
+    }
+}

@@ -1,0 +1,82 @@
+//! What can be asked for.
+
+mod body_choice;
+mod body_make;
+mod body_measure;
+mod body_population;
+mod body_train;
+mod dress;
+mod garment_simulate;
+mod garment_train;
+mod motion_choice;
+
+use serde::Serialize;
+
+pub use body_choice::BodyChoice;
+pub use body_make::{BodyMake, MadeBody};
+pub use body_measure::{BodyMeasure, MeasuredBody};
+pub use body_population::{BodyPopulation, MadePopulation};
+pub use body_train::{BodyTrain, TrainedBody};
+pub use dress::{Dress, Dressed};
+pub use garment_simulate::{GarmentSimulate, SimulatedGarment};
+pub use garment_train::{GarmentTrain, TrainedGarment};
+pub use motion_choice::{Action, Length, MotionChoice};
+
+use crate::event::Reporter;
+use crate::{JobError, Listener};
+
+/// A request.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Job {
+    /// Dresses a moving body.
+    Dress(Dress),
+    /// Makes a body from measurements.
+    BodyMake(BodyMake),
+    /// Measures a body.
+    BodyMeasure(BodyMeasure),
+    /// Makes a population of bodies.
+    BodyPopulation(BodyPopulation),
+    /// Learns a body model from a population.
+    BodyTrain(BodyTrain),
+    /// Simulates what a garment is learned from.
+    GarmentSimulate(GarmentSimulate),
+    /// Learns a garment.
+    GarmentTrain(GarmentTrain),
+}
+
+/// What a job gives back, beside its files.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// Of [`Job::Dress`].
+    Dressed(Dressed),
+    /// Of [`Job::BodyMake`].
+    MadeBody(MadeBody),
+    /// Of [`Job::BodyMeasure`].
+    MeasuredBody(MeasuredBody),
+    /// Of [`Job::BodyPopulation`].
+    MadePopulation(MadePopulation),
+    /// Of [`Job::BodyTrain`].
+    TrainedBody(TrainedBody),
+    /// Of [`Job::GarmentSimulate`].
+    SimulatedGarment(SimulatedGarment),
+    /// Of [`Job::GarmentTrain`].
+    TrainedGarment(TrainedGarment),
+}
+
+/// Does a job on this thread; `listener` hears of its progress.
+///
+/// # Errors
+/// [`JobError`], one sentence; nothing half-written is left.
+pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
+    let reporter = Reporter::new(listener);
+    match job {
+        Job::Dress(job) => job.run(&reporter).map(Outcome::Dressed),
+        Job::BodyMake(job) => job.run(&reporter).map(Outcome::MadeBody),
+        Job::BodyMeasure(job) => job.run().map(Outcome::MeasuredBody),
+        Job::BodyPopulation(job) => job.run(&reporter).map(Outcome::MadePopulation),
+        Job::BodyTrain(job) => job.run(&reporter).map(Outcome::TrainedBody),
+        Job::GarmentSimulate(job) => job.run(&reporter).map(Outcome::SimulatedGarment),
+        Job::GarmentTrain(job) => job.run(&reporter).map(Outcome::TrainedGarment),
+    }
+}

@@ -1,0 +1,124 @@
+//! `cargo xtask report`: what the project claims, measured, as tables, plots and figures.
+
+mod fit;
+mod garment_shape;
+mod make;
+mod page;
+mod physics;
+mod plot;
+mod population;
+mod scape;
+mod timing;
+mod trials;
+mod wrinkles;
+
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
+use modiste_scene::Machine;
+use serde::{Deserialize, Serialize};
+
+use crate::shell::workspace_root;
+use page::Page;
+
+/// What to measure.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Arguments {
+    /// Which report.
+    #[arg(value_enum)]
+    report: Which,
+    /// Measure only these sections, with commas between; the others keep their figures.
+    #[arg(long, value_delimiter = ',')]
+    only: Vec<String>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Which {
+    /// The main job, end to end.
+    Main,
+}
+
+/// One topic: its name, which is also its file's, and what measures it.
+struct Section {
+    name: &'static str,
+    measure: fn() -> Result<Page>,
+}
+
+const SECTIONS: [Section; 8] = [
+    Section { name: "population", measure: population::measure },
+    Section { name: "scape", measure: scape::measure },
+    Section { name: "make", measure: make::measure },
+    Section { name: "physics", measure: physics::measure },
+    Section { name: "shape", measure: garment_shape::measure },
+    Section { name: "wrinkles", measure: wrinkles::measure },
+    Section { name: "fit", measure: fit::measure },
+    Section { name: "timing", measure: timing::measure },
+];
+
+/// `report.json`: the figures of all sections.
+#[derive(Debug, Serialize, Deserialize)]
+struct Report {
+    machine: Machine,
+    sections: BTreeMap<String, Page>,
+}
+
+/// Measures, and writes `calibration/main/`.
+pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let Which::Main = arguments.report;
+    for name in &arguments.only {
+        let known = || SECTIONS.map(|section| section.name).join(", ");
+        ensure!(
+            SECTIONS.iter().any(|section| section.name == name),
+            "there is no section `{name}`; known: {}",
+            known()
+        );
+    }
+    let folder = workspace_root().join("calibration/main");
+    let file = folder.join("report.json");
+    let mut sections: BTreeMap<String, Page> =
+        if modiste_io::exists(&file) { modiste_io::json::read::<Report>(&file)?.sections } else { BTreeMap::new() };
+    let wanted = |name: &str| arguments.only.is_empty() || arguments.only.iter().any(|only| only == name);
+    let mut failures = Vec::new();
+    for section in SECTIONS.iter().filter(|section| wanted(section.name)) {
+        println!("measuring {}", section.name);
+        match (section.measure)().with_context(|| format!("section {}", section.name)) {
+            Ok(page) => {
+                page.print();
+                for (name, svg) in &page.plots {
+                    modiste_io::write_bytes(folder.join(name), svg.as_bytes())?;
+                }
+                sections.insert(section.name.to_owned(), page);
+            }
+            Err(error) => failures.push(format!("{error:#}")),
+        }
+    }
+    let report = Report { machine: Machine::this(), sections };
+    modiste_io::json::write(&file, &report)?;
+    modiste_io::write_bytes(folder.join("report.md"), markdown(&report).as_bytes())?;
+    println!("wrote {}", folder.join("report.md").display());
+    ensure!(failures.is_empty(), "{}", failures.join("; "));
+    Ok(())
+}
+
+/// The report as a page: all claims first, then the sections in their order.
+fn markdown(report: &Report) -> String {
+    let mut text = String::from(
+        "# What the main job shows\n\nWritten by `cargo xtask report main`; the figures are in `report.json`. Bodies and \
+         motions here were not trained on.\n\n",
+    );
+    text += &format!(
+        "Machine: {}, {} threads, {}.\n\n",
+        report.machine.processor, report.machine.threads, report.machine.system
+    );
+    text += "| claim | target | found | met |\n|---|---|---|---|\n";
+    let pages = || SECTIONS.iter().filter_map(|section| report.sections.get(section.name));
+    for claim in pages().flat_map(|page| &page.claims) {
+        let met = if claim.met { "yes" } else { "**no**" };
+        text += &format!("| {} | {} | {} | {met} |\n", claim.what, claim.target, claim.found);
+    }
+    for page in pages() {
+        text += &format!("\n## {}\n\n{}", page.title, page.text);
+    }
+    text
+}
