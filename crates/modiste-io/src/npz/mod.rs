@@ -336,6 +336,21 @@ mod tests {
         assert!(Reader::open("no/such.npz").unwrap_err().to_string().contains("no/such.npz"));
     }
 
+    #[test]
+    fn damage_never_panics() {
+        let npy = npy("{'descr': '<f4', 'fortran_order': True, 'shape': (3, 2), }", &[1; 24]);
+        for method in [zip::CompressionMethod::Deflated, zip::CompressionMethod::Stored] {
+            crate::fuzz::survives_damage(&packed("x.npy", &npy, method), |bytes| {
+                if let Ok(reader) = Reader::parse(bytes, "damaged.npz")
+                    && let Ok(array) = reader.f32("x")
+                {
+                    assert_eq!(array.shape.iter().product::<usize>(), array.data.len());
+                    assert!(array.data.iter().all(|value| value.is_finite()));
+                }
+            });
+        }
+    }
+
     /// A disk with room for some bytes.
     struct SmallDisk(Cursor<Vec<u8>>, usize);
 
