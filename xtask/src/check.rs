@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Result, bail};
 
 use crate::deps;
-use crate::shell::{cargo, run, succeeds};
+use crate::shell::{cargo, run, sentence, succeeds};
 
 /// A check with the name shown in the summary.
 struct Check {
@@ -53,7 +53,7 @@ fn run_all(checks: &[Check]) -> Result<()> {
     }
     let failures: Vec<String> = results
         .into_iter()
-        .filter_map(|(name, _, result)| result.err().map(|error| format!("{name}: {error:#}")))
+        .filter_map(|(name, _, result)| result.err().map(|error| format!("{name}: {}", sentence(&error))))
         .collect();
     if failures.is_empty() {
         return Ok(());

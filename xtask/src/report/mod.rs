@@ -19,7 +19,7 @@ use clap::ValueEnum;
 use modiste_scene::Machine;
 use serde::{Deserialize, Serialize};
 
-use crate::shell::workspace_root;
+use crate::shell::{sentence, workspace_root};
 use page::Page;
 
 /// What to measure.
@@ -90,7 +90,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
                 }
                 sections.insert(section.name.to_owned(), page);
             }
-            Err(error) => failures.push(format!("{error:#}")),
+            Err(error) => failures.push(sentence(&error)),
         }
     }
     let report = Report { machine: Machine::this(), sections };

@@ -55,9 +55,11 @@ impl Family {
                 "RightToeBase",
                 "LeftFingerBase",
                 "LeftHandIndex1",
+                "LFingers",
                 "LThumb",
                 "RightFingerBase",
                 "RightHandIndex1",
+                "RFingers",
                 "RThumb",
             ],
             toes: [Some("LeftToeBase"), Some("RightToeBase")],
@@ -81,9 +83,9 @@ impl Family {
         self.parts.contains(&joint) || self.others.contains(&joint)
     }
 
-    fn names(&self) -> String {
-        let names: Vec<&str> = self.parts.iter().chain(self.others).copied().collect();
-        format!("{}: {}", self.name, names.join(", "))
+    /// The name with some joints by which a user recognises the family.
+    fn described(&self) -> String {
+        format!("{}, with {}, {}, …", self.name, self.parts[0], self.parts[Part::LeftThigh.index()])
     }
 }
 
@@ -105,7 +107,7 @@ impl<'a> Source<'a> {
         let [first, second] = &FAMILIES;
         let family = if known(second) > known(first) { second } else { first };
         if let Some(joint) = clip.joints.iter().find(|joint| !family.knows(&joint.name)) {
-            let known = FAMILIES.iter().map(Family::names).collect::<Vec<_>>().join("; ");
+            let known = FAMILIES.iter().map(Family::described).collect::<Vec<_>>().join(" and ");
             return Err(BodyError::UnknownJoint { joint: joint.name.clone(), known });
         }
         let mut joints = [0; Part::COUNT];
