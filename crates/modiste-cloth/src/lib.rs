@@ -17,6 +17,7 @@ mod material;
 mod model;
 mod solver;
 mod state;
+pub mod validate;
 
 pub use contact::{BodyCollider, BodyPoint, CollisionGroups};
 pub use energy::{Hinge, Membrane};

@@ -1,5 +1,6 @@
 //! The moving body as an obstacle.
 
+use super::bumps::find_bumps;
 use super::closest::{Closest, Feature, closest_on_triangle};
 use super::groups::{LIMB_COUNT, limb};
 use super::tree::FaceTree;
@@ -26,14 +27,14 @@ pub struct BodyCollider {
     topology: Arc<Topology>,
     /// One tree per limb, or a single one where the parts are not known.
     trees: Vec<(u8, FaceTree)>,
-    /// Limb bit of each face.
-    face_limbs: Vec<u8>,
-    vertex_limbs: Vec<u8>,
     start: Vec<Vec3>,
     end: Vec<Vec3>,
     now: Vec<Vec3>,
     before: Vec<Vec3>,
-    fastest: f64,
+    frame_motion: f64,
+    substep_motion: f64,
+    /// Vertices at sharp convex places.
+    bumps: Vec<u32>,
 }
 
 impl BodyCollider {
@@ -45,15 +46,16 @@ impl BodyCollider {
         check_count("body vertices", topology.vertex_count(), start.len())?;
         let all = (0u32..).take(topology.face_count()).collect();
         let tree = FaceTree::new(topology.faces(), all, start);
+        let bumps = find_bumps(&topology, start);
         Ok(Self {
             trees: vec![(EVERYWHERE, tree)],
-            face_limbs: vec![EVERYWHERE; topology.face_count()],
-            vertex_limbs: vec![EVERYWHERE; topology.vertex_count()],
             start: start.to_vec(),
             end: start.to_vec(),
             now: start.to_vec(),
             before: start.to_vec(),
-            fastest: 0.0,
+            frame_motion: 0.0,
+            substep_motion: 0.0,
+            bumps,
             topology,
         })
     }
@@ -65,13 +67,13 @@ impl BodyCollider {
         Self {
             topology,
             trees: Vec::new(),
-            face_limbs: Vec::new(),
-            vertex_limbs: Vec::new(),
             start: Vec::new(),
             end: Vec::new(),
             now: Vec::new(),
             before: Vec::new(),
-            fastest: 0.0,
+            frame_motion: 0.0,
+            substep_motion: 0.0,
+            bumps: Vec::new(),
         }
     }
 
@@ -82,18 +84,11 @@ impl BodyCollider {
     /// A count that does not match.
     pub fn set_face_parts(&mut self, parts: &[Part]) -> Result<(), ClothError> {
         check_count("body face parts", self.topology.face_count(), parts.len())?;
-        self.face_limbs = parts.iter().map(|part| 1 << limb(*part)).collect();
-        let mut vertex_limbs = vec![0u8; self.topology.vertex_count()];
-        for (corners, bit) in self.topology.faces().iter().zip(&self.face_limbs) {
-            for &vertex in corners {
-                vertex_limbs[vertex as usize] |= bit;
-            }
-        }
-        self.vertex_limbs = vertex_limbs;
+        let limbs: Vec<u8> = parts.iter().map(|part| 1 << limb(*part)).collect();
         self.trees = (0..LIMB_COUNT)
             .map(|limb| {
                 let bit = 1u8 << limb;
-                let faces = (0u32..).zip(&self.face_limbs).filter(|(_, face_bit)| **face_bit == bit).map(|(f, _)| f);
+                let faces = (0u32..).zip(&limbs).filter(|(_, face_bit)| **face_bit == bit).map(|(f, _)| f);
                 (bit, FaceTree::new(self.topology.faces(), faces.collect(), &self.start))
             })
             .collect();
@@ -122,13 +117,18 @@ impl BodyCollider {
     /// The point of the body closest to `p` at the start of the frame, nearer than `max_distance` (m), and its signed distance,
     /// negative inside.
     pub fn closest(&self, p: Vec3, max_distance: f64) -> Option<(BodyPoint, f64)> {
-        let touch = self.search(p, max_distance, EVERYWHERE)?;
+        let touch = self.search(p, max_distance, EVERYWHERE, None)?;
         Some((touch.point, touch.distance))
     }
 
+    /// How far the fastest vertex goes within the frame (m).
+    pub(crate) fn frame_motion(&self) -> f64 {
+        self.frame_motion
+    }
+
     /// How far the fastest vertex goes within a substep (m).
-    pub(crate) fn fastest(&self) -> f64 {
-        self.fastest
+    pub(crate) fn substep_motion(&self) -> f64 {
+        self.substep_motion
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -138,7 +138,8 @@ impl BodyCollider {
     /// Starts a frame of so many substeps: boxes fitted to where the body is.
     pub(crate) fn begin_frame(&mut self, substeps: usize) {
         let squared = self.start.iter().zip(&self.end).map(|(a, b)| a.distance_squared(*b)).fold(0.0, f64::max);
-        self.fastest = squared.sqrt() / substeps as f64;
+        self.frame_motion = squared.sqrt();
+        self.substep_motion = self.frame_motion / substeps as f64;
         self.now.copy_from_slice(&self.start);
         self.before.copy_from_slice(&self.start);
         for (_, tree) in &mut self.trees {
@@ -163,6 +164,26 @@ impl BodyCollider {
         self.now.copy_from_slice(&self.start);
     }
 
+    /// Vertices at sharp convex places.
+    pub(crate) fn bumps(&self) -> &[u32] {
+        &self.bumps
+    }
+
+    /// Where a vertex is now (m).
+    pub(crate) fn vertex(&self, vertex: u32) -> Vec3 {
+        self.now[vertex as usize]
+    }
+
+    /// The outward normal at a vertex now, unit.
+    pub(crate) fn vertex_normal(&self, vertex: u32) -> Vec3 {
+        let around = self.topology.vertex_faces(vertex as usize).iter();
+        let area = around.map(|&face| {
+            let [a, b, c] = self.corners(face, &self.now);
+            (b - a).cross(c - a)
+        });
+        area.sum::<Vec3>().normalize_or_zero()
+    }
+
     fn corners(&self, face: u32, x: &[Vec3]) -> [Vec3; 3] {
         self.topology.faces()[face as usize].map(|v| x[v as usize])
     }
@@ -185,19 +206,20 @@ impl BodyCollider {
         [along, normal, normal.cross(along)]
     }
 
-    /// The closest point on the limbs in `mask` by the trees; they fit only at the start and the end of a frame.
-    pub(crate) fn search(&self, p: Vec3, max_distance: f64, mask: u8) -> Option<Touch> {
+    /// The closest point on the limbs in `mask`, on faces that look against `facing` where it is given. By the trees,
+    /// which fit only at the start and the end of a frame.
+    pub(crate) fn search(&self, p: Vec3, max_distance: f64, mask: u8, facing: Option<Vec3>) -> Option<Touch> {
         let mut best = max_distance;
         let mut found = None;
         for (bit, tree) in &self.trees {
             if bit & mask != 0 {
-                found = tree.closest(self.topology.faces(), &self.now, p, &mut best).or(found);
+                found = tree.closest(self.topology.faces(), &self.now, p, facing, &mut best).or(found);
             }
         }
         found.map(|(face, closest)| self.touch(p, face, &closest))
     }
 
-    /// The closest point near `face` now: walks over the surface as long as it gets closer, within the limb of `face`.
+    /// The closest point near `face` now: walks over the surface as long as it gets closer.
     pub(crate) fn walk(&self, p: Vec3, face: u32) -> Touch {
         let here = closest_on_triangle(p, self.corners(face, &self.now));
         if here.feature == Feature::Inside {
@@ -205,7 +227,6 @@ impl BodyCollider {
             return self.touch(p, face, &here);
         }
         let faces = self.topology.faces();
-        let limb = self.face_limbs[face as usize];
         let distance = |v: u32| self.now[v as usize].distance_squared(p);
         let corners = faces[face as usize];
         let mut vertex = corners[0];
@@ -220,7 +241,7 @@ impl BodyCollider {
             let mut next = vertex;
             for &other in self.topology.neighbours(vertex as usize) {
                 let squared = distance(other);
-                if squared < best && self.vertex_limbs[other as usize] & limb != 0 {
+                if squared < best {
                     (next, best) = (other, squared);
                 }
             }
@@ -232,7 +253,7 @@ impl BodyCollider {
         let mut found = (face, here);
         let mut best = found.1.point.distance_squared(p);
         for &candidate in self.topology.vertex_faces(vertex as usize) {
-            if candidate == face || self.face_limbs[candidate as usize] & limb == 0 {
+            if candidate == face {
                 continue;
             }
             let closest = closest_on_triangle(p, self.corners(candidate, &self.now));

@@ -20,6 +20,8 @@ struct Node {
     high: glam::Vec3A,
     /// The second child (the first follows its parent), or zero for a leaf.
     second: u32,
+    /// The node after the last one of this subtree.
+    after: u32,
     first_face: u32,
     face_count: u32,
 }
@@ -48,6 +50,7 @@ impl FaceTree {
             low: nothing,
             high: nothing,
             second: 0,
+            after: node as u32 + 1,
             first_face: first as u32,
             face_count: count as u32,
         });
@@ -66,6 +69,7 @@ impl FaceTree {
         self.split(order, centres, first, half);
         self.nodes[node].second = self.nodes.len() as u32;
         self.split(order, centres, first + half, count - half);
+        self.nodes[node].after = self.nodes.len() as u32;
     }
 
     /// Makes the boxes fit the mesh at `x` again.
@@ -86,8 +90,16 @@ impl FaceTree {
         }
     }
 
-    /// The face closest to `p`, nearer than `best` (distance, m), which is updated.
-    pub(crate) fn closest(&self, faces: &[[u32; 3]], x: &[Vec3], p: Vec3, best: &mut f64) -> Option<(u32, Closest)> {
+    /// The face closest to `p`, nearer than `best` (distance, m), which is updated; only faces whose normal points
+    /// against `facing` where it is given.
+    pub(crate) fn closest(
+        &self,
+        faces: &[[u32; 3]],
+        x: &[Vec3],
+        p: Vec3,
+        facing: Option<Vec3>,
+        best: &mut f64,
+    ) -> Option<(u32, Closest)> {
         if self.nodes.is_empty() {
             return None;
         }
@@ -112,7 +124,11 @@ impl FaceTree {
             if node.second == 0 {
                 let range = node.first_face as usize..(node.first_face + node.face_count) as usize;
                 for &face in &self.faces[range] {
-                    let closest = closest_on_triangle(p, faces[face as usize].map(|v| x[v as usize]));
+                    let corners = faces[face as usize].map(|v| x[v as usize]);
+                    if facing.is_some_and(|facing| looks_along(corners, facing)) {
+                        continue;
+                    }
+                    let closest = closest_on_triangle(p, corners);
                     let squared = closest.point.distance_squared(p);
                     if squared < best_squared {
                         best_squared = squared;
@@ -134,6 +150,36 @@ impl FaceTree {
         }
         found
     }
+}
+
+impl FaceTree {
+    /// Calls `visit` for the faces of all leaves whose box comes within `reach` (m) of `p`.
+    pub(crate) fn for_each_near(&self, p: Vec3, reach: f64, mut visit: impl FnMut(u32)) {
+        let single = p.as_vec3a();
+        let bound = reach * reach * 1.0001 + 1e-9;
+        let mut index = 0;
+        // Nodes stand in depth-first order: a node that is out of reach is left by jumping over its subtree.
+        while let Some(node) = self.nodes.get(index) {
+            let outside = (node.low - single).max(single - node.high).max(glam::Vec3A::ZERO);
+            if f64::from(outside.length_squared()) > bound {
+                index = node.after as usize;
+                continue;
+            }
+            if node.second == 0 {
+                let range = node.first_face as usize..(node.first_face + node.face_count) as usize;
+                self.faces[range].iter().for_each(|&face| visit(face));
+            }
+            index += 1;
+        }
+    }
+}
+
+/// Whether a triangle's normal is less than about 110 degrees from `direction`.
+#[inline]
+fn looks_along([a, b, c]: [Vec3; 3], direction: Vec3) -> bool {
+    let normal = (b - a).cross(c - a);
+    let along = normal.dot(direction);
+    along > 0.0 || along * along < 0.1 * normal.length_squared()
 }
 
 #[cfg(test)]
@@ -165,10 +211,18 @@ mod tests {
                 .map(|f| closest_on_triangle(p, f.map(|v| x[v as usize])).point.distance(p))
                 .fold(f64::INFINITY, f64::min);
             let mut best = f64::INFINITY;
-            assert!(tree.closest(&faces, &x, p, &mut best).is_some());
+            assert!(tree.closest(&faces, &x, p, None, &mut best).is_some());
             assert!((best - plain).abs() < 1e-12);
+            let mut near = Vec::new();
+            tree.for_each_near(p, 0.3, |face| near.push(face));
+            for (face, corners) in (0u32..).zip(&faces) {
+                let corners = corners.map(|v| x[v as usize]);
+                if closest_on_triangle(p, corners).point.distance(p) <= 0.3 {
+                    assert!(near.contains(&face));
+                }
+            }
             let mut bound = plain * 0.9;
-            assert!(tree.closest(&faces, &x, p, &mut bound).is_none());
+            assert!(tree.closest(&faces, &x, p, None, &mut bound).is_none());
         }
     }
 }

@@ -3,10 +3,14 @@
 use crate::material::Bend;
 use modiste_core::{Edge, Topology, Vec2, Vec3};
 
+/// Hinges on equilateral triangles resist a bend of `κ` along with a free bend across it by 8/9 of what they resist the bend
+/// alone (they act as a plate with a Poisson ratio of -1/3). Rigidity is measured on strips, which are free across.
+const STRIP_SHARE: f64 = 9.0 / 8.0;
+
 /// The bending element of one inner edge: quadratic in the positions (Bergou et al. 2006), so its stiffness is constant.
 ///
 /// `κ = Σ c_i x_i` is the jump of slope across the edge (a vector along the normal whose length is `2 sin(θ/2)` for a fold by
-/// `θ`), the energy is `½ k |κ - rest n|²` with `k = B l²/(A_0 + A_1)`; it is zero for every affine image of the flat rest shape.
+/// `θ`), the energy is `½ k |κ - rest n|²` with `k = 9/8 B l²/(A_0 + A_1)`; it is zero for every affine image of the flat rest shape.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hinge {
     /// The two ends of the edge in the order of its first face, then the opposite corners of its first and second face.
@@ -35,7 +39,7 @@ impl Hinge {
         Some(Self {
             vertices: [a, b, opposite[0], opposite[1]],
             weights: [foot(0), foot(1), 1.0 / sides[0].height, 1.0 / sides[1].height],
-            stiffness: rigidity * length * length / area,
+            stiffness: STRIP_SHARE * rigidity * length * length / area,
             rest: 0.0,
         })
     }

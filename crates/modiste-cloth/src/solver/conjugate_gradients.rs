@@ -33,25 +33,24 @@ impl ConjugateGradients {
 
     /// Solves `A x = b` from the start `x`, with the blocks of the diagonal as preconditioner `P`.
     ///
-    /// Stops where the root mean square of `P⁻¹ (b - A x)` is below `tolerance`. Vertices that are not `free` keep `x`.
+    /// Stops where `r · P⁻¹ r` of the residual `r = b - A x` is below `target`. Vertices that are not `free` keep `x`.
     pub(crate) fn solve(
         &mut self,
         matrix: &SystemMatrix,
         free: &[bool],
         b: &[Vec3A],
         x: &mut [Vec3A],
-        (tolerance, max_iterations): (f32, usize),
+        (target, max_iterations): (f64, usize),
     ) -> Outcome {
         matrix.inverse_diagonal(free, &mut self.inverse_diagonal);
         matrix.multiply(x, &mut self.image);
         for ((r, b), image) in self.residual.iter_mut().zip(b).zip(&self.image) {
             *r = *b - *image;
         }
-        let (mut energy, mut size) = self.precondition();
+        let mut energy = self.precondition();
         self.direction.copy_from_slice(&self.preconditioned);
-        let target = f64::from(tolerance) * f64::from(tolerance) * x.len() as f64;
         for iteration in 0..max_iterations {
-            if size <= target {
+            if energy <= target {
                 return Outcome { iterations: iteration, converged: true };
             }
             matrix.multiply(&self.direction, &mut self.image);
@@ -67,27 +66,25 @@ impl ConjugateGradients {
             for (r, image) in self.residual.iter_mut().zip(&self.image) {
                 *r -= *image * step;
             }
-            let (next, next_size) = self.precondition();
+            let next = self.precondition();
             #[expect(clippy::cast_possible_truncation, reason = "the iteration runs in f32")]
             let ratio = (next / energy) as f32;
             for (p, z) in self.direction.iter_mut().zip(&self.preconditioned) {
                 *p = *z + *p * ratio;
             }
-            (energy, size) = (next, next_size);
+            energy = next;
         }
-        Outcome { iterations: max_iterations, converged: size <= target }
+        Outcome { iterations: max_iterations, converged: energy <= target }
     }
 
-    /// `z = P⁻¹ r`; returns `r·z` and `z·z`.
-    fn precondition(&mut self) -> (f64, f64) {
+    /// `z = P⁻¹ r`; returns `r · z`.
+    fn precondition(&mut self) -> f64 {
         let mut energy = 0.0;
-        let mut size = 0.0;
         for ((z, r), inverse) in self.preconditioned.iter_mut().zip(&self.residual).zip(&self.inverse_diagonal) {
             *z = *inverse * *r;
             energy += f64::from(z.dot(*r));
-            size += f64::from(z.length_squared());
         }
-        (energy, size)
+        energy
     }
 }
 

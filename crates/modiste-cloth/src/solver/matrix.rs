@@ -18,6 +18,8 @@ pub(crate) struct SystemMatrix {
     face_entries: Vec<[u32; 9]>,
     bend_starts: Vec<u32>,
     bend_entries: Vec<(u32, f32)>,
+    /// The same for forces: rounded weights would bend a flat sheet that is tilted.
+    exact_bend_entries: Vec<(u32, f64)>,
     bend_diagonal: Vec<f32>,
     stencils: Vec<Stencil>,
 }
@@ -70,13 +72,13 @@ impl SystemMatrix {
             }
         }
         let mut bend_starts = vec![0u32];
-        let mut bend_entries: Vec<(u32, f32)> = Vec::new();
+        let mut exact_bend_entries: Vec<(u32, f64)> = Vec::new();
         for mut row in bend_rows {
             row.sort_by_key(|(column, _)| *column);
             for pairs in row.chunk_by(|a, b| a.0 == b.0) {
-                bend_entries.push((pairs[0].0, pairs.iter().map(|pair| pair.1).sum::<f64>() as f32));
+                exact_bend_entries.push((pairs[0].0, pairs.iter().map(|pair| pair.1).sum()));
             }
-            bend_starts.push(bend_entries.len() as u32);
+            bend_starts.push(exact_bend_entries.len() as u32);
         }
         Self {
             blocks: vec![Mat3A::ZERO; columns.len()],
@@ -84,7 +86,8 @@ impl SystemMatrix {
             columns,
             face_entries,
             bend_starts,
-            bend_entries,
+            bend_entries: exact_bend_entries.iter().map(|&(column, value)| (column, value as f32)).collect(),
+            exact_bend_entries,
             bend_diagonal: bend_diagonal.into_iter().map(|value| value as f32).collect(),
             stencils: Vec::new(),
         }
@@ -96,8 +99,8 @@ impl SystemMatrix {
     pub(crate) fn subtract_bending(&self, x: &[Vec3], forces: &mut [Vec3]) {
         for (row, force) in forces.iter_mut().enumerate() {
             let range = self.bend_starts[row] as usize..self.bend_starts[row + 1] as usize;
-            for &(column, value) in &self.bend_entries[range] {
-                *force -= (x[column as usize] - x[row]) * f64::from(value);
+            for &(column, value) in &self.exact_bend_entries[range] {
+                *force -= (x[column as usize] - x[row]) * value;
             }
         }
     }

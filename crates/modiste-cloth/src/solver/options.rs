@@ -29,6 +29,8 @@ pub struct SolverOptions {
     /// Vertices are not let go faster than this (m/s).
     pub max_speed: f64,
     /// The linear solve stops where the root mean square of what it leaves out, as an acceleration, is below this (m/s²).
+    ///
+    /// It weighs each residual force by what it moves, its neighbours held: the energy norm of the block diagonal.
     pub tolerance: f64,
     /// Conjugate-gradient iterations in a substep, at most.
     pub max_iterations: usize,

@@ -17,6 +17,10 @@ pub struct StepReport {
     pub deepest: f64,
     /// Vertices below the body's surface at the end.
     pub inside: usize,
+    /// Vertices between two surfaces of the body that leave less than twice the thickness, or overlap.
+    pub pinched: usize,
+    /// Pairs of vertex and face of the cloth that were watched for contact with itself.
+    pub self_pairs: usize,
     /// Vertices slowed to the speed limit, over all substeps.
     pub slowed: usize,
     /// Largest speed at the end (m/s).

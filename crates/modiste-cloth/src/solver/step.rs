@@ -3,7 +3,7 @@
 use super::conjugate_gradients::ConjugateGradients;
 use super::matrix::{Stencil, SystemMatrix};
 use super::{SolverOptions, StepReport};
-use crate::contact::{BodyCollider, BodyContacts, ContactLaw};
+use crate::contact::{BodyCollider, BodyContacts, BumpContacts, ContactLaw, FaceTree, SelfContacts};
 use crate::energy::{LaneLaw, MembraneLanes, Spring, spring_force};
 use crate::error::{ClothError, check_count};
 use crate::model::ClothModel;
@@ -13,8 +13,8 @@ use modiste_core::Vec3;
 
 /// Advances a cloth frame by frame.
 ///
-/// Each substep of length `h` is one Newton step of implicit Euler from the place that the vertices would reach by their
-/// velocities: `(M/h² + K + contact) Δ = M g - ∇E + contact forces`, a definite system solved by conjugate gradients.
+/// Each substep of length `h` is one Newton step of implicit Euler from the place that the vertices would reach in free
+/// fall: `(M/h² + K + contact) Δ = -∇E + contact forces`, a definite system solved by conjugate gradients.
 /// Holds scratch space and what contact remembers; [`ClothState`] has the rest.
 #[derive(Debug, Clone)]
 pub struct Solver {
@@ -22,6 +22,10 @@ pub struct Solver {
     matrix: Option<(f64, SystemMatrix)>,
     solve: ConjugateGradients,
     contacts: BodyContacts,
+    bumps: BumpContacts,
+    layers: SelfContacts,
+    /// Boxes around the cloth's faces, fitted at the start of each frame.
+    tree: Option<FaceTree>,
     start: Vec<Vec3>,
     forces: Vec<Vec3>,
     right: Vec<Vec3A>,
@@ -29,6 +33,27 @@ pub struct Solver {
     lanes: Vec<MembraneLanes>,
     lagged: Vec<Vec3>,
     free: Vec<bool>,
+}
+
+/// A direction and the shares of four vertices in it.
+#[derive(Debug, Clone, Copy)]
+struct Spread {
+    vertices: [u32; 4],
+    weights: [f64; 4],
+    normal: Vec3,
+}
+
+impl Spread {
+    /// Pushes with `stiffness` (N/m) over `depth` (m).
+    #[expect(clippy::cast_possible_truncation, reason = "the inner solve runs in f32")]
+    fn push(&self, stiffness: f64, depth: f64, forces: &mut [Vec3], matrix: &mut SystemMatrix) {
+        for (vertex, weight) in self.vertices.into_iter().zip(self.weights) {
+            forces[vertex as usize] += self.normal * (stiffness * depth * weight);
+        }
+        let n = self.normal.as_vec3a();
+        let block = Mat3A::from_cols(n * n.x, n * n.y, n * n.z) * stiffness as f32;
+        matrix.add_stencil(Stencil { vertices: self.vertices, weights: self.weights.map(|w| w as f32), block });
+    }
 }
 
 impl Solver {
@@ -40,6 +65,9 @@ impl Solver {
             matrix: None,
             solve: ConjugateGradients::new(count),
             contacts: BodyContacts::default(),
+            bumps: BumpContacts::new(model.topology()),
+            layers: SelfContacts::default(),
+            tree: None,
             start: vec![Vec3::ZERO; count],
             forces: vec![Vec3::ZERO; count],
             right: vec![Vec3A::ZERO; count],
@@ -76,13 +104,31 @@ impl Solver {
         self.prepare(model, h);
         let mut report = StepReport::default();
         body.begin_frame(self.options.substeps);
-        self.contacts.search(body, model.collision_groups(), &state.positions);
+        self.search_contacts(model, state, body, dt);
         for substep in 1..=self.options.substeps {
             body.move_to(substep as f64 / self.options.substeps as f64);
             self.substep(model, state, body, h, &mut report);
         }
         body.end_frame();
         self.finish(model, state, body, report)
+    }
+
+    /// Looks for what may touch within the frame.
+    fn search_contacts(&mut self, model: &ClothModel, state: &ClothState, body: &BodyCollider, dt: f64) {
+        let moving = (&state.positions[..], &state.velocities[..]);
+        self.contacts.search(body, model.collision_groups(), moving, dt);
+        self.layers.clear();
+        if body.bumps().is_empty() && !self.options.self_contact {
+            return;
+        }
+        let cloth = model.topology();
+        let all = || (0u32..).take(cloth.face_count()).collect();
+        let tree = self.tree.get_or_insert_with(|| FaceTree::new(cloth.faces(), all(), &state.positions));
+        tree.refit(cloth.faces(), &state.positions);
+        self.bumps.search(body, cloth, tree, &state.positions);
+        if self.options.self_contact {
+            self.layers.search(cloth, tree, moving, self.options.self_thickness, dt);
+        }
     }
 
     fn check(&self, model: &ClothModel, state: &ClothState, dt: f64) -> Result<(), ClothError> {
@@ -119,20 +165,24 @@ impl Solver {
         let bend_scale = 1.0 + self.options.damping * model.fabric().bend_damping / h;
         matrix.clear();
         self.start.copy_from_slice(&state.positions);
-        for (x, v) in state.positions.iter_mut().zip(&state.velocities) {
-            *x += *v * h;
+        let fall = Vec3::from_array(self.options.gravity) * (h * h);
+        for ((x, v), free) in state.positions.iter_mut().zip(&state.velocities).zip(&self.free) {
+            *x += *v * h + if *free { fall } else { Vec3::ZERO };
         }
         let predicted = &state.positions;
         self.add_inertia(model, &state.velocities, h, &mut matrix);
         self.add_elasticity(model, predicted, h, &mut matrix);
         self.add_holds(model, predicted, body, &mut matrix);
-        self.add_body_contact(model, predicted, body, &mut matrix);
+        self.add_body_contact(model, (predicted, fall), body, &mut matrix);
+        self.add_self_contact(model, predicted, &mut matrix);
         for ((right, force), free) in self.right.iter_mut().zip(&self.forces).zip(&self.free) {
             *right = if *free { force.as_vec3a() } else { Vec3A::ZERO };
         }
         self.change.fill(Vec3A::ZERO);
-        #[expect(clippy::cast_possible_truncation, reason = "the inner solve runs in f32")]
-        let limits = ((self.options.tolerance * h * h) as f32, self.options.max_iterations);
+        // The residual as an acceleration: between that of a free vertex and that of one held by its neighbours.
+        let acceleration = self.options.tolerance * h;
+        let target = acceleration * acceleration * model.masses().iter().sum::<f64>();
+        let limits = (target, self.options.max_iterations);
         let outcome = self.solve.solve(&matrix, &self.free, &self.right, &mut self.change, limits);
         report.iterations += outcome.iterations;
         report.unconverged += usize::from(!outcome.converged);
@@ -154,12 +204,13 @@ impl Solver {
         }
     }
 
-    /// Mass, weight and drag.
+    /// Mass and drag, at the places that the vertices would reach in free fall.
     #[expect(clippy::cast_possible_truncation, reason = "the inner solve runs in f32")]
     fn add_inertia(&mut self, model: &ClothModel, velocities: &[Vec3], h: f64, matrix: &mut SystemMatrix) {
         let drag = self.options.air_drag;
+        let fall = Vec3::from_array(self.options.gravity) * h;
         for (vertex, (&mass, &area)) in model.masses().iter().zip(model.areas()).enumerate() {
-            self.forces[vertex] = Vec3::from_array(self.options.gravity) * mass - velocities[vertex] * (drag * area);
+            self.forces[vertex] = (velocities[vertex] + fall) * (-drag * area);
             let diagonal = mass / (h * h) + drag * area / h;
             matrix.add_diagonal(vertex, Mat3A::from_diagonal(glam::Vec3::splat(diagonal as f32)));
         }
@@ -219,15 +270,37 @@ impl Solver {
         }
     }
 
-    fn add_body_contact(&mut self, model: &ClothModel, x: &[Vec3], body: &BodyCollider, matrix: &mut SystemMatrix) {
+    fn add_body_contact(
+        &mut self,
+        model: &ClothModel,
+        (x, fall): (&[Vec3], Vec3),
+        body: &BodyCollider,
+        matrix: &mut SystemMatrix,
+    ) {
         let law = self.contact_law();
         for vertex in 0..x.len() {
-            let path = (self.start[vertex], x[vertex]);
-            if let Some(contact) = self.contacts.force(vertex, body, &law, model.areas()[vertex], path) {
+            let path = (self.start[vertex], x[vertex], fall);
+            for contact in self.contacts.force(vertex, body, &law, model.areas()[vertex], path).into_iter().flatten() {
                 self.forces[vertex] += contact.force;
                 matrix.add_diagonal(vertex, contact.block);
             }
         }
+        let (forces, areas, stiffness) = (&mut self.forces, model.areas(), law.stiffness);
+        self.bumps.forces(body, model.topology(), law.thickness, x, |push| {
+            let [a, b, c] = push.vertices;
+            let stiffness = stiffness * push.vertices.map(|v| areas[v as usize]).iter().sum::<f64>() / 3.0;
+            let [u, v, w] = push.weights;
+            let spread = Spread { vertices: [a, b, c, a], weights: [u, v, w, 0.0], normal: push.normal };
+            spread.push(stiffness, push.depth, forces, matrix);
+        });
+    }
+
+    fn add_self_contact(&mut self, model: &ClothModel, x: &[Vec3], matrix: &mut SystemMatrix) {
+        let (forces, areas, stiffness) = (&mut self.forces, model.areas(), self.options.contact_stiffness);
+        self.layers.forces(model.topology(), self.options.self_thickness, (&self.start, x), |push| {
+            let spread = Spread { vertices: push.vertices, weights: push.weights, normal: push.normal };
+            spread.push(stiffness * areas[push.vertices[0] as usize], push.depth, forces, matrix);
+        });
     }
 
     /// Adds the solution to the predicted places and takes the new velocities.
@@ -271,6 +344,8 @@ impl Solver {
                 a.distance(b) - s.rest_length
             })
             .fold(0.0, f64::max);
+        report.self_pairs = self.layers.len();
+        report.pinched = self.contacts.count_pinched(self.options.thickness);
         if report.inside > 0 {
             report.warnings.push(format!("{} vertices are inside the body", report.inside));
         }
