@@ -81,7 +81,8 @@ impl BodyContacts {
         }
     }
 
-    /// Forces and stiffness on `vertex` that goes from `start` to `predicted` within a substep, `fall` of it by its weight.
+    /// Forces and stiffness on `vertex` that goes from `start` to `predicted` within a substep, and by `fall` farther if its weight
+    /// alone acts on it.
     #[inline]
     pub(crate) fn force(
         &mut self,
@@ -138,7 +139,8 @@ impl BodyContacts {
             let substep = Outcome { body, law: &law, area: areas[vertex], start: start[vertex], h };
             let (x, v) = (&mut x[vertex], &mut v[vertex]);
             // The opposite surface first: its own has the last word.
-            for (surface, plane) in [(&mut contact.opposite, contact.planes[1]), (&mut contact.own, contact.planes[0])] {
+            for (surface, plane) in [(&mut contact.opposite, contact.planes[1]), (&mut contact.own, contact.planes[0])]
+            {
                 let Some(surface) = surface else { continue };
                 let Some(plane) = plane else {
                     surface.pass(x.distance(start[vertex]) + body.substep_motion());

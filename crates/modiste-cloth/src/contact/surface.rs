@@ -116,8 +116,8 @@ impl Surface {
     /// Force and stiffness on a vertex that goes from `start` to `predicted` within a substep, or `None` out of reach.
     ///
     /// Repulsion `k (thickness - gap)` along the normal. Friction is a spring from where the vertex last held, whose
-    /// stiffness is lowered so that its force is at most the coefficient times the last repulsion where the vertex goes on
-    /// as it does, without `fall`, the part of its way that the weight alone would give it.
+    /// stiffness is lowered so that its force at the predicted place is at most the coefficient times the last repulsion.
+    /// `fall` is what the weight alone adds to the way: cloth that is about to fall onto the surface touches it.
     #[inline]
     pub(super) fn force(
         &self,
@@ -127,7 +127,7 @@ impl Surface {
         (start, predicted, fall): (Vec3, Vec3, Vec3),
     ) -> Option<ContactForce> {
         let gap = plane.gap(predicted);
-        if gap >= law.thickness {
+        if gap + plane.normal.dot(fall).min(0.0) >= law.thickness {
             return None;
         }
         plane.active = true;
@@ -137,7 +137,7 @@ impl Surface {
         let friction = if self.slipping { law.sliding_friction } else { law.static_friction };
         let hold = STICK_SHARE * stiffness;
         let limit = friction * self.force;
-        let length = (stick - tangential(fall, plane.normal)).length();
+        let length = stick.length();
         let hold = if hold * length > limit { limit / length } else { hold };
         let force = plane.normal * repulsion - stick * hold;
         Some(ContactForce { force, block: contact_block(plane.normal, stiffness, hold) })

@@ -13,8 +13,8 @@ use modiste_core::Vec3;
 
 /// Advances a cloth frame by frame.
 ///
-/// Each substep of length `h` is one Newton step of implicit Euler from the place that the vertices would reach in free
-/// fall: `(M/h² + K + contact) Δ = -∇E + contact forces`, a definite system solved by conjugate gradients.
+/// Each substep of length `h` is one Newton step of implicit Euler from the place that the vertices would reach by their
+/// velocities (so that rest is exact): `(M/h² + K + contact) Δ = M g - ∇E + contact forces`, a definite system solved by conjugate gradients.
 /// Holds scratch space and what contact remembers; [`ClothState`] has the rest.
 #[derive(Debug, Clone)]
 pub struct Solver {
@@ -166,8 +166,8 @@ impl Solver {
         matrix.clear();
         self.start.copy_from_slice(&state.positions);
         let fall = Vec3::from_array(self.options.gravity) * (h * h);
-        for ((x, v), free) in state.positions.iter_mut().zip(&state.velocities).zip(&self.free) {
-            *x += *v * h + if *free { fall } else { Vec3::ZERO };
+        for (x, v) in state.positions.iter_mut().zip(&state.velocities) {
+            *x += *v * h;
         }
         let predicted = &state.positions;
         self.add_inertia(model, &state.velocities, h, &mut matrix);
@@ -204,13 +204,13 @@ impl Solver {
         }
     }
 
-    /// Mass and drag, at the places that the vertices would reach in free fall.
+    /// Mass, weight and drag.
     #[expect(clippy::cast_possible_truncation, reason = "the inner solve runs in f32")]
     fn add_inertia(&mut self, model: &ClothModel, velocities: &[Vec3], h: f64, matrix: &mut SystemMatrix) {
         let drag = self.options.air_drag;
-        let fall = Vec3::from_array(self.options.gravity) * h;
+        let gravity = Vec3::from_array(self.options.gravity);
         for (vertex, (&mass, &area)) in model.masses().iter().zip(model.areas()).enumerate() {
-            self.forces[vertex] = (velocities[vertex] + fall) * (-drag * area);
+            self.forces[vertex] = gravity * mass - velocities[vertex] * (drag * area);
             let diagonal = mass / (h * h) + drag * area / h;
             matrix.add_diagonal(vertex, Mat3A::from_diagonal(glam::Vec3::splat(diagonal as f32)));
         }

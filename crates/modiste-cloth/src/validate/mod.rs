@@ -50,7 +50,7 @@ pub fn figures(vertex_counts: &[usize]) -> Result<PhysicsFigures, ClothError> {
         loaded_strip: loaded_strip()?,
         clamped_strip: clamped_strip()?,
         stiff_cantilever: cantilever(1e-3)?,
-        soft_cantilever: cantilever(3e-4)?,
+        soft_cantilever: cantilever(5e-5)?,
         inclines: [0.8, 0.95, 1.1, 1.5].into_iter().map(incline).collect::<Result<_, _>>()?,
         conservation: conservation()?,
         convergence: convergence()?,

@@ -22,7 +22,9 @@ impl Sheet {
         for row in 0..=rows {
             let shift = if row % 2 == 1 { 0.5 } else { 0.0 };
             let count = columns + 1 + row % 2;
-            flat.extend((0..count).map(|i| Vec2::new((i as f64 - shift).clamp(0.0, columns as f64), row as f64) * cell));
+            flat.extend(
+                (0..count).map(|i| Vec2::new((i as f64 - shift).clamp(0.0, columns as f64), row as f64) * cell),
+            );
         }
         let mut faces = Vec::new();
         for row in 0..rows {
@@ -60,15 +62,18 @@ impl Sheet {
         row.iter().map(|&v| self.state.positions[v as usize]).sum::<Vec3>() / row.len() as f64
     }
 
-    /// Steps until nothing is faster than `speed` (m/s), or for `frames` frames.
+    /// Steps until nothing is faster than `speed` (m/s) for some frames (a turning point is not rest), or for `frames` frames.
     pub(super) fn rest(
         &mut self,
         solver: &mut Solver,
         body: &mut BodyCollider,
         (frames, speed): (usize, f64),
     ) -> Result<(), ClothError> {
+        let mut quiet = 0;
         for _ in 0..frames {
-            if solver.step(&self.model, &mut self.state, body, FRAME)?.max_speed < speed {
+            let fast = solver.step(&self.model, &mut self.state, body, FRAME)?.max_speed >= speed;
+            quiet = if fast { 0 } else { quiet + 1 };
+            if quiet == QUIET_FRAMES {
                 break;
             }
         }
@@ -80,6 +85,9 @@ impl Sheet {
 fn first_of_row(columns: usize, row: usize) -> usize {
     row * (columns + 1) + row / 2
 }
+
+/// Frames without motion that count as rest.
+const QUIET_FRAMES: usize = 8;
 
 /// Time of a frame (s).
 pub(super) const FRAME: f64 = 1.0 / 30.0;
@@ -98,7 +106,7 @@ pub(super) fn plain_fabric(density: f64, young: f64, rigidity: f64) -> Fabric {
 
 /// Settings for finding rest to the last digit that f32 directions give.
 pub(super) fn static_options() -> SolverOptions {
-    SolverOptions { air_drag: 2.0, tolerance: 1e-3, max_iterations: 400, ..SolverOptions::default() }
+    SolverOptions { substeps: 5, air_drag: 2.0, tolerance: 1e-3, max_iterations: 400, ..SolverOptions::default() }
 }
 
 /// A flat closed box as an obstacle, its upper side at y = 0.

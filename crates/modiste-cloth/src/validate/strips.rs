@@ -35,7 +35,7 @@ pub fn hanging_strip() -> Result<Comparison, ClothError> {
     sheet.model.pins = sheet.row(sheet.rows);
     let options = SolverOptions { gravity: [0.0, -GRAVITY, 0.0], ..static_options() };
     let mut solver = Solver::new(&sheet.model, options);
-    sheet.rest(&mut solver, &mut BodyCollider::none(), (400, 1e-6))?;
+    sheet.rest(&mut solver, &mut BodyCollider::none(), (400, 1e-5))?;
     Ok(Comparison::new(-sheet.row_centre(0).y, density * GRAVITY * length * length / (2.0 * young)))
 }
 
@@ -64,7 +64,7 @@ pub fn loaded_strip() -> Result<Comparison, ClothError> {
         sheet.model.attachments.push(Attachment { vertex, point, offset: 0.0, stiffness });
     }
     let mut solver = Solver::new(&sheet.model, SolverOptions { gravity: [0.0; 3], ..static_options() });
-    sheet.rest(&mut solver, &mut plate, (400, 1e-6))?;
+    sheet.rest(&mut solver, &mut plate, (400, 1e-5))?;
     let elongation = -sheet.row_centre(0).y;
     let force = load * (drop - elongation) / drop;
     let pull = |stretch: f64| young * width * stretch * (stretch * stretch - 1.0) / 2.0;
@@ -85,7 +85,7 @@ pub fn clamped_strip() -> Result<Comparison, ClothError> {
         sheet.state.positions[vertex as usize].y = stretch * length;
     }
     let mut solver = Solver::new(&sheet.model, SolverOptions { gravity: [0.0; 3], ..static_options() });
-    sheet.rest(&mut solver, &mut BodyCollider::none(), (300, 1e-6))?;
+    sheet.rest(&mut solver, &mut BodyCollider::none(), (300, 1e-5))?;
     let strain = 0.5 * (stretch * stretch - 1.0);
     let expected = 0.5 * young * width * length * strain * strain;
     Ok(Comparison::new(sheet.model.energy(&sheet.state.positions, Vec3::ZERO), expected))
@@ -99,14 +99,14 @@ pub fn clamped_strip() -> Result<Comparison, ClothError> {
 /// # Errors
 /// What the solver refuses.
 pub fn cantilever(rigidity: f64) -> Result<Comparison, ClothError> {
-    let (density, cells, cell) = (0.2, 40, 0.0025);
+    let (density, cells, cell) = (0.2, 20, 0.005);
     let length = cells as f64 * cell;
     let fabric = plain_fabric(density, 2000.0, rigidity);
-    let mut sheet = Sheet::new(Vec2::new(0.02, length), [7, cells], &fabric)?;
+    let mut sheet = Sheet::new(Vec2::new(0.03, length), [5, cells], &fabric)?;
     sheet.model.pins = [sheet.row(0), sheet.row(1)].concat();
     let options = SolverOptions { gravity: [0.0, 0.0, -GRAVITY], ..static_options() };
     let mut solver = Solver::new(&sheet.model, options);
-    sheet.rest(&mut solver, &mut BodyCollider::none(), (600, 1e-6))?;
+    sheet.rest(&mut solver, &mut BodyCollider::none(), (200, 1e-5))?;
     // The bend at the second row stands for half a cell before and behind it, so the clamp is between the pinned rows.
     let free = length - 0.5 * cell;
     Ok(Comparison::new(-sheet.row_centre(sheet.rows).z, elastica_sag(free, density * GRAVITY / rigidity)))
@@ -159,7 +159,7 @@ mod tests {
 
     #[test]
     fn bent_strips_follow_the_elastica() {
-        for (rigidity, bound) in [(1e-3, 0.05), (3e-4, 0.05)] {
+        for (rigidity, bound) in [(1e-3, 0.07), (5e-5, 0.02)] {
             let comparison = cantilever(rigidity).unwrap();
             assert!(comparison.relative_error < bound, "{rigidity}: {comparison:?}");
         }

@@ -50,13 +50,7 @@ pub fn sphere_drop(vertices: usize) -> Result<DropFigures, ClothError> {
     }
     times.sort_by(f64::total_cmp);
     let at = |share: usize| times[(times.len() - 1) * share / 100];
-    Ok(DropFigures {
-        vertices: sheet.state.positions.len(),
-        inside,
-        stretch,
-        median_frame: at(50),
-        slow_frame: at(95),
-    })
+    Ok(DropFigures { vertices: sheet.state.positions.len(), inside, stretch, median_frame: at(50), slow_frame: at(95) })
 }
 
 #[cfg(test)]
