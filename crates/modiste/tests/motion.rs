@@ -1,5 +1,7 @@
 //! Captured motions on a body, compared with what the file itself says.
 
+#![expect(clippy::unwrap_used, reason = "the helpers of a test fail as the test does")]
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 

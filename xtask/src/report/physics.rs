@@ -6,6 +6,7 @@ use anyhow::Result;
 use modiste_body::{Gender, ScapeModel, motion::generate};
 use modiste_cloth::dress::TailorOptions;
 use modiste_cloth::training_set::Wardrobe;
+use modiste_cloth::validate::figures;
 use serde::{Deserialize, Serialize};
 
 use super::page::{Page, rounded};
@@ -15,6 +16,10 @@ use crate::assets::{GARMENTS, body_file, training_folder};
 const STRETCH_LIMIT: f64 = 0.08;
 /// Time (ms) that a frame may take on one core, per vertex: 60 ms at 5,000, 120 ms at 10,000.
 const MILLISECONDS_PER_VERTEX: f64 = 60.0 / 5000.0;
+/// How far the simulation of a strip may be from theory.
+const FORM_LIMIT: f64 = 0.05;
+/// Sizes of the squares that are dropped on a sphere.
+const DROPPED_SIZES: [usize; 2] = [5000, 10_000];
 /// Length of the motion that is timed (s).
 const TIMED_SECONDS: f64 = 2.0;
 
@@ -52,12 +57,46 @@ pub(super) fn measure() -> Result<Page> {
     let mut page = Page::new("Cloth physics");
     page.paragraph(
         "The training sets as simulated: the largest 99th percentile of the edge stretch and the largest number of \
-         vertices inside the body in any frame of a motion. Derivatives of the energies against finite differences, and \
-         strips against closed forms, are tests of `modiste-cloth`.",
+         vertices inside the body in any frame of a motion. Strips, planes and free sheets against what theory says; \
+         derivatives of the energies against finite differences are tests of `modiste-cloth`.",
     );
+    closed_forms(&mut page)?;
     training_sets(&mut page)?;
     costs(&mut page)?;
     Ok(page)
+}
+
+/// Small simulations whose outcome is known.
+fn closed_forms(page: &mut Page) -> Result<()> {
+    let found = figures(&DROPPED_SIZES)?;
+    let forms = [
+        ("strip under its own weight, elongation", &found.hanging_strip),
+        ("loaded strip, elongation", &found.loaded_strip),
+        ("clamped strip, energy", &found.clamped_strip),
+        ("stiff cantilever, sag", &found.stiff_cantilever),
+        ("soft cantilever, sag", &found.soft_cantilever),
+    ];
+    let rows = forms.map(|(name, form)| {
+        let numbers = [form.measured, form.expected, 100.0 * form.relative_error.abs()].map(rounded);
+        [vec![name.to_owned()], numbers.to_vec()].concat()
+    });
+    page.table(&["closed form", "simulated (SI)", "theory (SI)", "difference (%)"], rows);
+    for (name, form) in forms {
+        page.at_most(&format!("{name}: difference"), 100.0 * form.relative_error.abs(), 100.0 * FORM_LIMIT, "%");
+    }
+    let slides = found.inclines.iter().map(|run| [run.steepness, 1e3 * run.slid, 1e3 * run.expected].map(rounded));
+    page.table(&["slope over friction", "slid (mm)", "Coulomb (mm)"], slides);
+    let drops = found.drops.iter().map(|drop| {
+        let numbers = [1e3 * drop.median_frame, 1e3 * drop.slow_frame, 100.0 * drop.stretch].map(rounded);
+        [vec![drop.vertices.to_string()], numbers.to_vec(), vec![drop.inside.to_string()]].concat()
+    });
+    page.table(&["vertices on a sphere", "frame (ms)", "95% (ms)", "stretch (%)", "inside"], drops);
+    for drop in &found.drops {
+        let limit = MILLISECONDS_PER_VERTEX * drop.vertices as f64;
+        let what = format!("square of {} vertices on a sphere: time per frame on one core", drop.vertices);
+        page.at_most(&what, 1e3 * drop.median_frame, limit.round(), "ms");
+    }
+    page.figures("closed_forms", &found)
 }
 
 fn training_sets(page: &mut Page) -> Result<()> {
@@ -102,7 +141,15 @@ fn costs(page: &mut Page) -> Result<()> {
     let motion = generate::walk(&body, TIMED_SECONDS)?;
     let mut costs = Vec::new();
     for garment in GARMENTS {
-        let wardrobe = Wardrobe::new(&model, garment, TailorOptions::default())?;
+        let what = format!("{garment}: the mean body can be dressed");
+        let wardrobe = match Wardrobe::new(&model, garment, TailorOptions::default()) {
+            Ok(wardrobe) => wardrobe,
+            Err(error) => {
+                page.claim(&what, "yes".to_owned(), error.to_string(), false);
+                continue;
+            }
+        };
+        page.claim(&what, "yes".to_owned(), "yes".to_owned(), true);
         let stamps = std::cell::RefCell::new(vec![Instant::now()]);
         let tick = || stamps.borrow_mut().push(Instant::now());
         wardrobe.simulate(&body, wardrobe.template(), ("timing", &motion), &tick)?;

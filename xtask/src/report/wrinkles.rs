@@ -37,10 +37,23 @@ pub(super) fn measure() -> Result<Page> {
         ensure!(motions.len() >= CLIPS, "fewer than {CLIPS} held-out clips are there");
         for garment in &garments {
             let name = format!("{} {}", gender.name(), garment.garment().name);
-            let tailor = Wardrobe::new(&model, &garment.garment().name, TailorOptions::default())?;
+            let what = format!("{name}: the mean body can be dressed and simulated");
+            let tailor = match Wardrobe::new(&model, &garment.garment().name, TailorOptions::default()) {
+                Ok(tailor) => tailor,
+                Err(error) => {
+                    page.claim(&what, "yes".to_owned(), error.to_string(), false);
+                    continue;
+                }
+            };
             for motion in &motions[..CLIPS] {
                 let run = (motion.name.as_str(), &motion.motion);
-                let simulation = tailor.simulate(&body, tailor.template(), run, &|| {})?;
+                let simulation = match tailor.simulate(&body, tailor.template(), run, &|| {}) {
+                    Ok(simulation) => simulation,
+                    Err(error) => {
+                        page.claim(&what, "yes".to_owned(), format!("{}: {error}", motion.name), false);
+                        continue;
+                    }
+                };
                 let sequence = PoseSequence {
                     name: motion.name.clone(),
                     motion: simulation.motion.clone(),
