@@ -146,7 +146,7 @@ pub(crate) fn smooth_vectors(values: &[Vec3], cutoff: f64, fps: f64) -> Vec<Vec3
     smooth_points(values, &gaussian(cutoff, fps))
 }
 
-/// Spreads sudden steps of single parts over `reach` seconds on either side, by a cosine-weighted wider average there.
+/// Replaces sudden steps of single parts by an eased turn that takes `reach` seconds on either side.
 pub fn soften_steps(motion: &mut Motion, steps: &[Step], reach: f64) {
     let half = ((reach * motion.fps).round() as usize).max(1);
     for step in steps {

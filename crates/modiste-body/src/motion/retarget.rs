@@ -5,14 +5,14 @@
 //! `world_from_part = world_from_clip_joint(frame) · rest_clip_from_part`. Bones then point where the clip's do,
 //! whatever the rest poses. Positions are not used but for the root, which is scaled by leg length.
 
-use modiste_core::{Progress, Quat, Vec3};
+use modiste_core::{Progress, Quat, Vec3, swing_twist};
 use modiste_io::bvh::{BvhClip, Channel};
 
 use super::filter::{low_pass, remove_spikes, resample, soften_steps};
 use super::floor::place_on_floor;
 use super::leg::{Side, leg_bones};
 use super::skeleton::{Family, Source};
-use crate::{Body, BodyError, Motion, Part, Pose};
+use crate::{Body, BodyError, Motion, Part, Pose, rotation_vector};
 
 /// Frames at the start of a clip that show the calibration pose and the blend out of it.
 const CALIBRATION_FRAMES: usize = 4;
@@ -134,9 +134,10 @@ fn longest_sound_stretch(motion: &Motion, flips: &[usize]) -> std::ops::Range<us
     bounds.dedup();
     let sound = |range: &std::ops::Range<usize>| {
         let turned = motion.frames[range.clone()].iter().filter(|pose| {
-            Side::BOTH
-                .iter()
-                .any(|side| twist(pose.rotation(side.thigh()), Vec3::Y).abs() > std::f64::consts::FRAC_PI_2)
+            Side::BOTH.iter().any(|side| {
+                rotation_vector(swing_twist(pose.rotation(side.thigh()), Vec3::Y).1).length()
+                    > std::f64::consts::FRAC_PI_2
+            })
         });
         2 * turned.count() <= range.len()
     };
@@ -145,12 +146,6 @@ fn longest_sound_stretch(motion: &Motion, flips: &[usize]) -> std::ops::Range<us
     longest(stretches.iter().filter(|range| sound(range)).collect())
         .or_else(|| longest(stretches.iter().collect()))
         .unwrap_or(0..0)
-}
-
-/// Angle (radians) by which a rotation turns about `axis`, in `(-π, π]`.
-fn twist(rotation: Quat, axis: Vec3) -> f64 {
-    let shorter = if rotation.w < 0.0 { -rotation } else { rotation };
-    2.0 * shorter.xyz().dot(axis).atan2(shorter.w)
 }
 
 /// Turns and moves a motion so that it starts above the origin, the pelvis facing +Z.
@@ -226,13 +221,11 @@ fn foot_alignment(source: &Source<'_>, body: &Body, side: Side) -> Quat {
 
 /// From heel to toes in the template pose.
 fn foot_direction(body: &Body, side: Side) -> Vec3 {
-    let ankle = body.rest_joints()[side.foot().index()];
-    let of_foot =
-        body.model().vertex_parts().iter().zip(body.rest_vertices()).filter(|(part, _)| **part == side.foot());
-    let farthest = of_foot.map(|(_, x)| *x).max_by(|a, b| a.z.total_cmp(&b.z)).unwrap_or(ankle + Vec3::Z);
-    let heel = body.model().vertex_parts().iter().zip(body.rest_vertices()).filter(|(part, _)| **part == side.foot());
-    let heel = heel.map(|(_, x)| *x).min_by(|a, b| a.z.total_cmp(&b.z)).unwrap_or(ankle);
-    farthest - heel
+    let parts = body.model().vertex_parts().iter().zip(body.rest_vertices());
+    let foot: Vec<Vec3> = parts.filter(|(part, _)| **part == side.foot()).map(|(_, x)| *x).collect();
+    let toes = foot.iter().max_by(|a, b| a.z.total_cmp(&b.z));
+    let heel = foot.iter().min_by(|a, b| a.z.total_cmp(&b.z));
+    toes.zip(heel).map_or(Vec3::Z, |(toes, heel)| *toes - *heel)
 }
 
 impl Source<'_> {
@@ -275,4 +268,197 @@ impl Source<'_> {
 /// The names of the skeletons whose clips can be read.
 pub fn known_skeletons() -> impl Iterator<Item = &'static str> {
     Family::ALL.iter().map(|family| family.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use modiste_core::{Progress, Quat, Silent, Vec3};
+    use modiste_io::bvh::{BvhClip, BvhJoint, Channel};
+
+    use super::{Alignment, RetargetOptions, retarget};
+    use crate::motion::leg::Side;
+    use crate::motion::skeleton::{Family, Source};
+    use crate::motion::test_body;
+    use crate::{BodyError, Part};
+
+    /// A skeleton of the CMU family in a T-pose with legs that stand apart, in units of about 5 cm.
+    fn skeleton() -> Vec<BvhJoint> {
+        let left = |part: Part| match part {
+            Part::LeftThigh | Part::RightThigh => [1.6, -1.7, 0.8],
+            Part::LeftShin | Part::RightShin => [2.2, -6.2, 0.0],
+            Part::LeftFoot | Part::RightFoot => [2.7, -7.5, 0.0],
+            Part::LeftUpperArm | Part::RightUpperArm => [3.4, 0.5, 0.2],
+            Part::LeftForearm | Part::RightForearm => [5.4, 0.0, 0.0],
+            Part::LeftHand | Part::RightHand => [2.4, 0.0, 0.0],
+            Part::Pelvis | Part::LeftShoulder | Part::RightShoulder => [0.0, 0.0, 0.0],
+            _ => [0.0, 2.0, 0.0],
+        };
+        let rotations = [Channel::ZRotation, Channel::YRotation, Channel::XRotation];
+        let positions = [Channel::XPosition, Channel::YPosition, Channel::ZPosition];
+        Part::ALL
+            .into_iter()
+            .map(|part| {
+                let mut offset = Vec3::from_array(left(part));
+                if part.name().starts_with("right") {
+                    offset.x = -offset.x;
+                }
+                let is_foot = matches!(part, Part::LeftFoot | Part::RightFoot);
+                BvhJoint {
+                    name: Family::ALL[0].joint_name(part).to_owned(),
+                    parent: part.parent().map(Part::index),
+                    offset,
+                    channels: if part == Part::Pelvis { [positions, rotations].concat() } else { rotations.to_vec() },
+                    first_channel: if part == Part::Pelvis { 0 } else { 3 + 3 * part.index() },
+                    end_site: is_foot.then_some(Vec3::new(0.1, -0.3, 2.0)),
+                }
+            })
+            .collect()
+    }
+
+    /// Channel values of a frame that turns joints by rotation about Z, Y, X (degrees).
+    fn frame(turns: &[(Part, [f64; 3])]) -> Vec<f64> {
+        let mut values = vec![0.0; 3 + 3 * Part::COUNT];
+        values[1] = 16.0;
+        for (part, angles) in turns {
+            values[3 + 3 * part.index()..][..3].copy_from_slice(angles);
+        }
+        values
+    }
+
+    fn clip(frames: Vec<Vec<f64>>) -> BvhClip {
+        BvhClip { joints: skeleton(), frame_time: 1.0 / 120.0, frames }
+    }
+
+    /// Arms hanging, legs straight down, as somebody stands.
+    fn standing() -> Vec<f64> {
+        let splay = 2.2f64.atan2(6.2).to_degrees();
+        frame(&[
+            (Part::LeftUpperArm, [-80.0, 0.0, 0.0]),
+            (Part::RightUpperArm, [80.0, 0.0, 0.0]),
+            (Part::LeftThigh, [-splay, 0.0, 0.0]),
+            (Part::RightThigh, [splay, 0.0, 0.0]),
+        ])
+    }
+
+    #[test]
+    fn bones_point_where_the_clips_do() {
+        let body = test_body::body();
+        let turns: Vec<(Part, [f64; 3])> = Part::ALL
+            .into_iter()
+            .map(|part| {
+                let i = part.index() as f64;
+                (part, [40.0 * (i * 1.3).sin(), 35.0 * (i * 0.7).cos(), 50.0 * (i * 2.1).sin()])
+            })
+            .collect();
+        let clip = clip(vec![frame(&turns)]);
+        let source = Source::new(&clip).unwrap();
+        let pose = Alignment::new(&source, &body).pose(&source, &clip.frames[0], &body);
+        let ours = body.joints(&pose);
+        let (_, theirs) = source.world(&clip.frames[0]);
+        for side in Side::BOTH {
+            let bones = [
+                (side.upper_arm(), side.forearm()),
+                (side.forearm(), side.hand()),
+                (side.thigh(), side.shin()),
+                (side.shin(), side.foot()),
+            ];
+            for (from, to) in bones {
+                let found = (ours[to.index()] - ours[from.index()]).normalize();
+                let wanted = (theirs[source.joint(to)] - theirs[source.joint(from)]).normalize();
+                assert!(found.distance(wanted) < 1e-9, "{from:?}: {found} instead of {wanted}");
+            }
+        }
+        let trunk = pose.world_quaternions()[Part::Chest.index()];
+        assert!((trunk * Vec3::Y).distance(source.world(&clip.frames[0]).0[2] * Vec3::Y) < 1e-9);
+    }
+
+    #[test]
+    fn standing_stands_flat_on_the_floor_at_the_origin() {
+        let body = test_body::body();
+        let turned: Vec<f64> = standing().iter().enumerate().map(|(i, v)| if i == 4 { 70.0 } else { *v }).collect();
+        let motion = retarget(&clip(vec![turned; 120]), &body, &RetargetOptions::default(), &Silent).unwrap();
+        assert_eq!(motion.frames.len(), 29);
+        let mut vertices = Vec::new();
+        for pose in &motion.frames {
+            body.pose(pose, &mut vertices);
+            let lowest = vertices.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
+            assert!(lowest.abs() < 1e-6);
+            assert!((pose.rotation(Part::Pelvis) * Vec3::Z).distance(Vec3::Z) < 1e-6, "faces +Z");
+            assert!(pose.root_translation.x.abs() < 1e-6 && pose.root_translation.z.abs() < 1e-6);
+            for foot in [Part::LeftFoot, Part::RightFoot] {
+                let up = pose.world_quaternions()[foot.index()] * Vec3::Y;
+                // Shins are splayed a little more than thighs.
+                assert!(up.distance(Vec3::Y) < 6e-3, "{foot:?} is flat: {up}");
+            }
+        }
+    }
+
+    #[derive(Default)]
+    struct Listener(Mutex<Vec<String>>);
+
+    impl Progress for Listener {
+        fn start(&self, _: &str, _: usize) {}
+        fn advance(&self, _: &str, _: usize) {}
+        fn finish(&self, _: &str) {}
+        fn warn(&self, message: &str) {
+            self.0.lock().unwrap().push(message.to_owned());
+        }
+    }
+
+    #[test]
+    fn a_flipped_thigh_is_cut_off_and_told() {
+        let mut frames = vec![standing(); 300];
+        for frame in &mut frames[200..] {
+            frame[3 + 3 * Part::RightThigh.index() + 1] += 180.0;
+        }
+        let listener = Listener::default();
+        let body = test_body::body();
+        let motion = retarget(&clip(frames), &body, &RetargetOptions::default(), &listener).unwrap();
+        assert!((45..=50).contains(&motion.frames.len()), "{}", motion.frames.len());
+        let told = listener.0.lock().unwrap();
+        assert!(told[0].contains("only frames 4 to 199 of 300"), "{told:?}");
+    }
+
+    #[test]
+    fn bad_clips_are_refused_with_the_reason() {
+        let body = test_body::body();
+        let refuse = |clip: &BvhClip| retarget(clip, &body, &RetargetOptions::default(), &Silent).unwrap_err();
+        let good = clip(vec![standing(); 120]);
+
+        let mut unknown = good.clone();
+        unknown.joints[7].name = "LeftElbowish".to_owned();
+        let BodyError::UnknownJoint { joint, known } = refuse(&unknown) else { panic!("accepted") };
+        assert!(joint == "LeftElbowish" && known.contains("LeftForeArm") && known.contains("lForeArm"));
+
+        let mut missing = good.clone();
+        missing.joints.pop();
+        for frame in &mut missing.frames {
+            frame.truncate(3 * Part::COUNT);
+        }
+        assert!(matches!(refuse(&missing), BodyError::MissingJoint { joint: "RightFoot", .. }));
+
+        let mut broken = good.clone();
+        broken.frames[60][9] = f64::NAN;
+        let BodyError::Motion(reason) = refuse(&broken) else { panic!("accepted") };
+        assert!(reason.contains("frame 60"), "{reason}");
+
+        broken.frames[60].pop();
+        assert!(matches!(refuse(&broken), BodyError::Motion(_)));
+        assert!(matches!(refuse(&clip(vec![standing(); 12])), BodyError::Motion(_)));
+        assert!(matches!(refuse(&clip(Vec::new())), BodyError::Motion(_)));
+        let still = BvhClip { frame_time: 0.0, ..good };
+        assert!(matches!(refuse(&still), BodyError::Value { .. }));
+    }
+
+    #[test]
+    fn the_wrong_rate_can_be_put_right() {
+        let body = test_body::body();
+        let options = RetargetOptions { clip_fps: Some(60.0), ..RetargetOptions::default() };
+        let motion = retarget(&clip(vec![standing(); 120]), &body, &options, &Silent).unwrap();
+        assert_eq!(motion.frames.len(), 58);
+        let turn = motion.frames[0].rotation(Part::LeftUpperArm);
+        assert!(turn.dot(Quat::IDENTITY).abs() < 0.99, "arms hang lower than in the template pose");
+    }
 }

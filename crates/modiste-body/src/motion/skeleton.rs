@@ -87,6 +87,12 @@ impl Family {
     fn described(&self) -> String {
         format!("{}, with {}, {}, …", self.name, self.parts[0], self.parts[Part::LeftThigh.index()])
     }
+
+    /// The joint whose rotation a part takes.
+    #[cfg(test)]
+    pub(crate) fn joint_name(&self, part: Part) -> &'static str {
+        self.parts[part.index()]
+    }
 }
 
 /// A clip whose joints have been matched with our parts.
