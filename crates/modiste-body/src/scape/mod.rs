@@ -4,10 +4,15 @@
 //! rotations of the neighbouring joints), `D` the body's shape (PCA over a population), `R` the rotation of its part.
 //! The mesh that fits the deformed triangles best comes from one prefactored sparse least-squares solve (DRAPE eq. 3).
 //!
-//! One thing is added to the paper. There, `R` is constant on a part, so `Q` alone has to turn the triangles of a bent
-//! joint part of the way, and a linear `Q` shears and shrinks them when the bend is strong. Here the `R` of a triangle
-//! near a joint is the blend of the rotations of the parts that meet there, by the skin weights, and `Q` learns only what
-//! remains. Away from joints the two agree. [`train`] can make both, and [`evaluate`] compares them.
+//! Three things differ from the paper.
+//!
+//! - There, `R` is constant on a part, so `Q` alone turns the triangles of a bent joint part of the way. Here the `R` of a
+//!   triangle near a joint is the blend of the rotations of the parts that meet there, by the skin weights, and `Q` learns
+//!   what remains. On unseen poses of the mean body the two are as good as each other: without blending the mean error is
+//!   a tenth of a millimetre smaller and the 95th percentile of a pose one to three tenths larger. [`train`] makes both.
+//! - The least-squares mesh is free to drift beyond a bent joint, so every part is moved to where the kinematic tree has
+//!   it, and what lies between parts along with them. Without that, hands and head are a centimetre or more off.
+//! - The posed examples that `Q` is learned from are skinned, not scanned: see [`Skin`].
 
 mod blend;
 mod body;
