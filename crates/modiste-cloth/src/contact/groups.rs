@@ -13,8 +13,10 @@ const ALL: u8 = u8::MAX;
 pub(crate) fn limb(part: Part) -> usize {
     match part {
         Part::Pelvis | Part::Abdomen | Part::Chest | Part::Neck | Part::Head => 0,
-        Part::LeftShoulder | Part::LeftUpperArm | Part::LeftForearm | Part::LeftHand => 1,
-        Part::RightShoulder | Part::RightUpperArm | Part::RightForearm | Part::RightHand => 2,
+        // The shoulder girdle lies under the shirt's yoke whatever the arm does.
+        Part::LeftShoulder | Part::RightShoulder => 0,
+        Part::LeftUpperArm | Part::LeftForearm | Part::LeftHand => 1,
+        Part::RightUpperArm | Part::RightForearm | Part::RightHand => 2,
         Part::LeftThigh | Part::LeftShin | Part::LeftFoot => 3,
         Part::RightThigh | Part::RightShin | Part::RightFoot => 4,
     }

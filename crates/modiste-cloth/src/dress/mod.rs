@@ -2,6 +2,8 @@
 
 mod band;
 mod carry;
+#[cfg(test)]
+mod dummy;
 mod error;
 mod inspect;
 mod mannequin;

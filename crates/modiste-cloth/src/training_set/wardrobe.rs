@@ -17,7 +17,7 @@ const LEAD_IN_FRAMES: usize = 24;
 const EASE_IN_FRAMES: usize = 10;
 
 /// Cloth nearer than this to a limb in the template pose collides with it (m).
-const NEAR: f64 = 0.035;
+const NEAR: f64 = 0.02;
 
 /// Stretch (99th percentile) beyond which a frame is no example to learn from.
 const MAX_STRETCH: f64 = 0.25;
