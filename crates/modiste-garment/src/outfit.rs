@@ -220,3 +220,105 @@ fn layer_report(exact: ExactReport, synthesis_seconds: f64, fit_seconds: f64) ->
         fit_seconds,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Outfit, Wearer};
+    use crate::drape::synthetic::{PELVIS, bend, motion, training_set_of, tube};
+    use crate::drape::{DynamicsOptions, TrainOptions, WrinkleOptions};
+    use crate::refine::{FitOptions, Obstacle, penetration};
+    use crate::{DrapeModel, GarmentError};
+    use modiste_body::{Gender, Part, Pose};
+    use modiste_core::shapes::icosphere;
+    use modiste_core::{Mesh, Silent, Vec3};
+    use std::sync::Arc;
+
+    /// An egg with head and foot, and the part of each vertex.
+    fn body() -> (Mesh, Vec<Part>) {
+        let mesh = icosphere(5);
+        let vertices: Vec<Vec3> = mesh.vertices.iter().map(|v| Vec3::new(0.135, 0.6, 0.108) * *v + 1.1 * Vec3::Y).collect();
+        let part = |y: f64| match y {
+            y if y > 1.55 => Part::Head,
+            y if y < 0.6 => Part::LeftFoot,
+            y if y < 0.9 => Part::Pelvis,
+            _ => Part::Chest,
+        };
+        let parts = vertices.iter().map(|vertex| part(vertex.y)).collect();
+        (Mesh { vertices, ..mesh }, parts)
+    }
+
+    /// Tubes of these radii learned as garments, the first with a waist band.
+    fn garments(body: &Mesh, radii: [f64; 2]) -> Vec<Arc<DrapeModel>> {
+        let options = TrainOptions {
+            wrinkle: WrinkleOptions { min_count: 4, max_count: 8, ..WrinkleOptions::default() },
+            dynamics: DynamicsOptions { ridges: vec![1e-3, 1e-1], ..DynamicsOptions::default() },
+            ..TrainOptions::default()
+        };
+        let learn = |(index, radius): (usize, f64)| {
+            let mut garment = tube(["shorts", "shirt"][index], radius, PELVIS);
+            let top = garment.template.len() as u32 - 16;
+            if index == 0 {
+                garment.waist_band = (top..top + 16).collect();
+            }
+            for [on_garment, on_body] in &mut garment.anchors {
+                let point = garment.template[*on_garment as usize];
+                let distance = |vertex: &u32| body.vertices[*vertex as usize].distance(point);
+                let all = 0..body.vertices.len() as u32;
+                *on_body = all.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap();
+            }
+            Arc::new(DrapeModel::train(&training_set_of(garment), &options, &Silent).unwrap().0)
+        };
+        radii.into_iter().enumerate().map(learn).collect()
+    }
+
+    fn with_outfit(radii: [f64; 2], check: impl FnOnce(Result<Outfit, GarmentError>, &Mesh), gender: Gender) {
+        let (mesh, vertex_parts) = body();
+        let face_parts: Vec<Part> = mesh.topology.faces().iter().map(|face| vertex_parts[face[0] as usize]).collect();
+        let wearer = Wearer {
+            gender,
+            shape: &[0.5, -0.5],
+            topology: &mesh.topology,
+            face_parts: &face_parts,
+            vertex_parts: &vertex_parts,
+            template_vertices: &mesh.vertices,
+            template_pose: &Pose::template(PELVIS * Vec3::Y),
+        };
+        check(Outfit::on(&wearer, &garments(&mesh, radii), &FitOptions::default()), &mesh);
+    }
+
+    #[test]
+    fn two_layers_end_outside_the_body_and_in_their_order() {
+        // The shirt is learned narrower than the shorts, so that the order has to be made.
+        let check = |outfit: Result<Outfit, GarmentError>, mesh: &Mesh| {
+            let mut outfit = outfit.unwrap();
+            let mut found_inside = 0;
+            for pose in &motion(41, 15).frames {
+                let posed: Vec<Vec3> = mesh.vertices.iter().map(|vertex| bend(*vertex, pose)).collect();
+                let report = outfit.step(pose, &posed).clone();
+                assert!(report.seconds() > 0.0 && report.layers.len() == 2);
+                found_inside += penetration::measure(&mesh.topology, &posed, outfit.predicted(0)).count;
+                for layer in 0..2 {
+                    let after = penetration::measure(&mesh.topology, &posed, outfit.vertices(layer));
+                    assert_eq!(after.count, 0, "layer {layer}");
+                    assert_eq!(report.layers[layer].inside_after, 0);
+                }
+                let shorts = Obstacle::single(outfit.model(0).garment().topology.clone(), outfit.vertices(0));
+                for vertex in outfit.vertices(1) {
+                    let contact = shorts.contact(*vertex, 0.05, &mut u32::MAX.clone(), true);
+                    assert!(contact.is_none_or(|contact| contact.distance > 0.001), "{contact:?}");
+                }
+            }
+            assert!(found_inside > 0, "the fit had something to do");
+        };
+        with_outfit([0.14, 0.135], check, Gender::Female);
+    }
+
+    #[test]
+    fn garments_of_the_other_model_are_refused() {
+        let check = |outfit: Result<Outfit, GarmentError>, _: &Mesh| {
+            let refusal = outfit.unwrap_err().to_string();
+            assert_eq!(refusal, "gender of shorts: wanted male as the body, found female");
+        };
+        with_outfit([0.14, 0.15], check, Gender::Male);
+    }
+}

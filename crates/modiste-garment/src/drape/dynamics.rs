@@ -18,6 +18,8 @@ pub struct Dynamics {
     pub(crate) coefficients: Matrix,
     /// Rows 1, θ_c; one column per ψ: the model of order zero, "without dynamics".
     pub(crate) static_coefficients: Matrix,
+    /// Largest magnitude that each ψ may take.
+    limits: Vec<f64>,
 }
 
 /// What the dynamics remember of the last two frames.
@@ -80,7 +82,21 @@ pub(crate) fn apply_row(coefficients: &Matrix, row: &[f64], out: &mut [f64]) {
     }
 }
 
+/// Standard deviations that a wrinkle coefficient may be away from the mean; training frames rarely are further.
+const LARGEST_DEVIATION: f64 = 5.0;
+
 impl Dynamics {
+    pub(crate) fn new(inputs: PoseInputs, coefficients: Matrix, static_coefficients: Matrix) -> Self {
+        let limits = vec![f64::INFINITY; coefficients.cols];
+        Self { inputs, coefficients, static_coefficients, limits }
+    }
+
+    /// Bounds the wrinkles by their standard deviations over the training frames. Like any linear model this one would
+    /// extrapolate poses far from all training poses without end.
+    pub(crate) fn limit_to(&mut self, std_devs: &[f64]) {
+        self.limits = std_devs.iter().map(|sd| LARGEST_DEVIATION * sd).collect();
+    }
+
     /// Number of wrinkle coefficients ψ.
     pub fn wrinkle_count(&self) -> usize {
         self.coefficients.cols
@@ -135,6 +151,7 @@ impl Dynamics {
                 fill_row(&self.inputs, self.layout(), pose, [before, before_that], [newer, older], scratch, row);
                 std::mem::swap(newer, older);
                 apply_row(&self.coefficients, row, newer);
+                self.limit(newer);
                 std::mem::swap(before, before_that);
                 before.clone_from(pose);
             }
@@ -159,6 +176,13 @@ impl Dynamics {
         row[0] = 1.0;
         self.inputs.pose(pose, &mut row[1..]);
         apply_row(&self.static_coefficients, row, out);
+        self.limit(out);
+    }
+
+    fn limit(&self, wrinkles: &mut [f64]) {
+        for (value, &limit) in wrinkles.iter_mut().zip(&self.limits) {
+            *value = value.clamp(-limit, limit);
+        }
     }
 }
 

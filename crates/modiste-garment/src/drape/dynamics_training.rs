@@ -194,7 +194,7 @@ impl Learner<'_> {
     }
 
     fn assemble(&self, coefficients: Matrix, static_coefficients: &Matrix) -> Dynamics {
-        Dynamics { inputs: self.inputs.clone(), coefficients, static_coefficients: static_coefficients.clone() }
+        Dynamics::new(self.inputs.clone(), coefficients, static_coefficients.clone())
     }
 
     /// Sums of one example for eq. 6, with a given past.
@@ -377,7 +377,7 @@ mod tests {
             }
         }
         let static_coefficients = Matrix::from_fn(start, COUNT, |_, _| normal(&mut rng));
-        Dynamics { inputs, coefficients, static_coefficients }
+        Dynamics::new(inputs, coefficients, static_coefficients)
     }
 
     fn options(ridge: f64) -> DynamicsOptions {
@@ -430,6 +430,19 @@ mod tests {
         let largest = wrinkles.iter().flatten().flatten().fold(0.0f64, |largest, value| largest.max(value.abs()));
         let long = free_run(&learned, &motion(9, 3000).frames);
         assert!(long.iter().flatten().all(|value| value.abs() < 20.0 * largest));
+    }
+
+    #[test]
+    fn poses_far_from_all_training_poses_give_bounded_wrinkles() {
+        let mut dynamics = dynamics(1.2, -0.5);
+        dynamics.limit_to(&[0.1, 0.2, 0.3]);
+        let run = free_run(&dynamics, &motion(12, 50).frames);
+        for wrinkles in &run {
+            for (value, sd) in wrinkles.iter().zip([0.1, 0.2, 0.3]) {
+                assert!(value.abs() <= 5.0 * sd);
+            }
+        }
+        assert!(run.iter().any(|wrinkles| wrinkles[0].abs() > 0.49), "the limit was met");
     }
 
     #[test]

@@ -231,7 +231,7 @@ fn read_dynamics(file: &ModelFile, name: &str, wrinkles: usize) -> Result<Dynami
     }
     let coefficients = Matrix { rows: rows.len() / wrinkles.max(1), cols: wrinkles, data: rows };
     let static_coefficients = matrix(file, "static", 1 + pose, wrinkles)?;
-    Ok(Dynamics { inputs, coefficients, static_coefficients })
+    Ok(Dynamics::new(inputs, coefficients, static_coefficients))
 }
 
 fn matrix(file: &ModelFile, name: &str, rows: usize, cols: usize) -> Result<Matrix, GarmentError> {

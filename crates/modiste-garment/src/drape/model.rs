@@ -82,11 +82,12 @@ impl DrapeModel {
         garment: Garment,
         shape: ShapeModel,
         wrinkle: WrinkleModel,
-        dynamics: Dynamics,
+        mut dynamics: Dynamics,
         fps: f64,
         provenance: Provenance,
     ) -> Result<Self, GarmentError> {
         garment.check()?;
+        dynamics.limit_to(wrinkle.std_devs());
         let reconstruction = GradientReconstruction::new(&garment.topology, &garment.template)
             .map_err(GarmentError::solve("reconstruction matrix"))?;
         Ok(Self { garment, shape, wrinkle, dynamics, fps, provenance, reconstruction })

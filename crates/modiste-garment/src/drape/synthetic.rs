@@ -11,7 +11,7 @@ const RINGS: usize = 12;
 const SIDES: usize = 16;
 const HEIGHT: f64 = 0.5;
 /// Hip joint height of the made-up body (m).
-const PELVIS: f64 = 0.9;
+pub(crate) const PELVIS: f64 = 0.9;
 
 /// A tube of given radius around the Y axis from `low` upwards, its parts from pelvis to chest.
 pub(crate) fn tube(name: &str, radius: f64, low: f64) -> Garment {
@@ -53,7 +53,7 @@ pub(crate) fn anchor_body(pose: &Pose) -> Vec<Vec3> {
 }
 
 /// A point of the template carried along by the chain pelvis, abdomen, chest, smoothly.
-fn bend(point: Vec3, pose: &Pose) -> Vec3 {
+pub(crate) fn bend(point: Vec3, pose: &Pose) -> Vec3 {
     let world = pose.world_quaternions();
     let along = ((point.y - PELVIS) / HEIGHT).clamp(0.0, 1.0);
     let rotation = world[Part::Pelvis.index()].slerp(world[Part::Chest.index()], along);
@@ -116,7 +116,11 @@ pub(crate) fn sequence(garment: &Garment, name: &str, motion: Motion) -> PoseSeq
 
 /// A whole training set: 12 bodies and 5 motions.
 pub(crate) fn training_set() -> TrainingSet {
-    let garment = tube("tube", 0.15, PELVIS);
+    training_set_of(tube("tube", 0.15, PELVIS))
+}
+
+/// [`training_set`] of a given tube.
+pub(crate) fn training_set_of(garment: Garment) -> TrainingSet {
     let mut rng = seeded_rng(11);
     let mut draw = || (0..5).map(|_| normal(&mut rng)).collect::<Vec<f64>>();
     let shapes =

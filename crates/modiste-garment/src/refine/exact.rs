@@ -70,6 +70,8 @@ const OPPOSITE: f64 = -0.3;
 const LONGEST_STEP: f64 = 0.015;
 /// Body vertices may show through cloth whose corners are at most this far from the body (m).
 const SHOW_REACH: f64 = 0.012;
+/// Product of the normals at two corners of a triangle below which the body is curved there.
+const CURVED: f64 = 0.97;
 /// Depth below the cloth that body vertices are sent to (m).
 const SHOW_CLEARANCE: f64 = 0.001;
 
@@ -174,6 +176,7 @@ impl ExactPush {
             }
         }
         self.move_single_vertices(obstacles, garment);
+        self.lift_single_faces(obstacles, garment);
         (report.inside_after, report.depth_after) = self.inside();
         report.pinched = self.pinched.iter().filter(|&&pinched| pinched).count();
         report
@@ -228,36 +231,61 @@ impl ExactPush {
         shortfall
     }
 
-    /// Pushes for cloth that body vertices show through: each triangle is lifted off the body vertices above it. The
-    /// vertices tried are those of the nearest body faces of its corners. Returns whether there are any.
+    /// Pushes for cloth that body vertices show through: each triangle is lifted off the body vertices above it. Returns
+    /// whether there are any.
     fn collect_shows(&mut self, obstacles: &[&Obstacle], garment: &[Vec3]) -> bool {
         let before = self.pushes.len();
         for face in self.topology.faces() {
-            let near = |vertex: &u32| self.contacts[*vertex as usize].least() < SHOW_REACH;
-            if !face.iter().all(near) {
-                continue;
-            }
-            let corners = face.map(|vertex| garment[vertex as usize]);
-            let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
-            let mut lift: f64 = 0.0;
+            let Some((normal, lift)) = self.lift(*face, obstacles, garment) else { continue };
             for &vertex in face {
-                let Some((owner, contact)) = self.contacts[vertex as usize].nearest() else { continue };
-                let obstacle = obstacles[owner];
-                for body_vertex in obstacle.topology().faces()[contact.face as usize] {
-                    if obstacle.vertex_normals()[body_vertex as usize].dot(normal) > 0.2 {
-                        lift = lift.max(height_above(corners, normal, obstacle.vertices()[body_vertex as usize]));
-                    }
-                }
-            }
-            // Millimetres of cloth over a vertex are drape, not a show-through of another limb's.
-            if lift > 0.0 && lift < SHOW_REACH {
                 let gap = lift + SHOW_CLEARANCE;
-                for &vertex in face {
-                    self.pushes.push(Push { vertex, normal, gap, weight: self.options.weight });
-                }
+                self.pushes.push(Push { vertex, normal, gap, weight: self.options.weight });
             }
         }
         self.pushes.len() > before
+    }
+
+    /// Lifts by themselves the triangles that body vertices still show through.
+    fn lift_single_faces(&mut self, obstacles: &[&Obstacle], garment: &mut [Vec3]) {
+        for face in self.topology.clone().faces() {
+            if let Some((normal, lift)) = self.lift(*face, obstacles, garment) {
+                face.iter().for_each(|&vertex| garment[vertex as usize] += (lift + 0.5 * SHOW_CLEARANCE) * normal);
+            }
+        }
+    }
+
+    /// The normal of a triangle of cloth and how far (m) the highest body vertex is above it, if any is.
+    ///
+    /// The vertices tried are those of the nearest body faces of its corners, and where the body is curved there those
+    /// around them.
+    fn lift(&self, face: [u32; 3], obstacles: &[&Obstacle], garment: &[Vec3]) -> Option<(Vec3, f64)> {
+        let contacts = face.map(|vertex| self.contacts[vertex as usize].nearest());
+        let [Some(a), Some(b), Some(c)] = contacts else { return None };
+        let nearest = [a, b, c];
+        if nearest.iter().any(|(_, contact)| contact.distance >= SHOW_REACH || contact.pinched) {
+            return None;
+        }
+        let corners = face.map(|vertex| garment[vertex as usize]);
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+        let product = |i: usize, j: usize| nearest[i].1.normal.dot(nearest[j].1.normal);
+        let is_curved = product(0, 1).min(product(1, 2)).min(product(2, 0)) < CURVED;
+        let mut lift: f64 = 0.0;
+        for (owner, contact) in nearest {
+            let obstacle = obstacles[owner];
+            let mut try_vertex = |vertex: u32| {
+                if obstacle.vertex_normals()[vertex as usize].dot(normal) > 0.2 {
+                    lift = lift.max(height_above(corners, normal, obstacle.vertices()[vertex as usize]));
+                }
+            };
+            for vertex in obstacle.topology().faces()[contact.face as usize] {
+                try_vertex(vertex);
+                if is_curved {
+                    obstacle.topology().neighbours(vertex as usize).iter().for_each(|&around| try_vertex(around));
+                }
+            }
+        }
+        // Centimetres above the cloth are no show-through, but another limb.
+        (lift > 0.0 && lift < SHOW_REACH).then_some((normal, lift))
     }
 
     /// Moves what is still too near by itself.
