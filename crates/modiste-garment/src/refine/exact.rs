@@ -130,7 +130,8 @@ pub(crate) struct ExactPush {
     pinched: Vec<bool>,
     pushes: Vec<Push>,
     warp: Vec<Vec3>,
-    waiting: Vec<u32>,
+    /// Vertices that are moved by themselves, with the wall that they were pushed off last.
+    waiting: Vec<(u32, Option<Wall>)>,
 }
 
 impl ExactPush {
@@ -293,10 +294,9 @@ impl ExactPush {
         let least = self.options.least;
         let mut waiting = std::mem::take(&mut self.waiting);
         waiting.clear();
-        waiting.extend(
-            (0u32..).zip(&self.contacts).filter(|(_, contacts)| contacts.least() < least).map(|(vertex, _)| vertex),
-        );
-        for &vertex in &waiting {
+        let too_near = (0u32..).zip(&self.contacts).filter(|(_, contacts)| contacts.least() < least);
+        waiting.extend(too_near.map(|(vertex, _)| (vertex, None)));
+        for &(vertex, _) in &waiting {
             let vertex = vertex as usize;
             if self.pinched[vertex] {
                 self.find_contacts(vertex, obstacles, garment, false);
@@ -306,9 +306,16 @@ impl ExactPush {
             if waiting.is_empty() {
                 break;
             }
-            waiting.retain(|&vertex| {
-                let vertex = vertex as usize;
-                garment[vertex] += least_step(self.contacts[vertex].as_slice(), 2.0 * least);
+            waiting.retain_mut(|(vertex, last_wall)| {
+                let vertex = *vertex as usize;
+                let wall = self.nearest_wall(vertex, obstacles, garment[vertex]);
+                garment[vertex] += match (wall, *last_wall) {
+                    (Some(wall), Some(last)) if wall.normal.dot(last.normal) < SAME_WALL => {
+                        step_off_both(garment[vertex], [wall, last], 2.0 * least)
+                    }
+                    _ => least_step(self.contacts[vertex].as_slice(), 2.0 * least),
+                };
+                *last_wall = wall;
                 // The first steps lead near the way out, the others find it exactly.
                 self.find_contacts(vertex, obstacles, garment, round > 0);
                 self.contacts[vertex].least() < least
@@ -316,6 +323,40 @@ impl ExactPush {
         }
         self.waiting = waiting;
     }
+
+    /// The plane of the nearest face.
+    fn nearest_wall(&self, vertex: usize, obstacles: &[&Obstacle], at: Vec3) -> Option<Wall> {
+        let (owner, contact) = self.contacts[vertex].nearest()?;
+        let point = at - contact.distance * contact.normal;
+        Some(Wall { point, normal: obstacles[owner].face_normal(contact.face) })
+    }
+}
+
+/// The tangent plane of a surface that a vertex was pushed out of.
+#[derive(Debug, Clone, Copy)]
+struct Wall {
+    point: Vec3,
+    normal: Vec3,
+}
+
+/// Normals with a product above this are of one wall, seen twice.
+const SAME_WALL: f64 = 0.9;
+
+/// The shortest step (m) to `wanted` distance from two walls at once, bounded.
+///
+/// In the crease where two limbs cross, stepping off one wall leads through the other, back and forth.
+fn step_off_both(at: Vec3, walls: [Wall; 2], wanted: f64) -> Vec3 {
+    let gap = |wall: Wall| wanted - wall.normal.dot(at - wall.point);
+    let [a, b] = if gap(walls[0]) >= gap(walls[1]) { walls } else { [walls[1], walls[0]] };
+    let (gap_a, gap_b) = (gap(a), gap(b));
+    let cosine = a.normal.dot(b.normal);
+    // The other wall may be met by stepping off the first.
+    if gap_b <= cosine * gap_a {
+        return gap_a.max(0.0) * a.normal;
+    }
+    let determinant = (1.0 - cosine * cosine).max(0.02);
+    let (along_a, along_b) = ((gap_a - cosine * gap_b) / determinant, (gap_b - cosine * gap_a) / determinant);
+    (along_a * a.normal + along_b * b.normal).clamp_length_max(LONGEST_STEP)
 }
 
 /// The distance that a vertex is to keep from a contact (m): less than the clearance between two walls that are close.
@@ -359,4 +400,28 @@ fn height_above(corners: [Vec3; 3], normal: Vec3, point: Vec3) -> f64 {
         normal.dot((to - from).cross(point - from)) >= 0.0
     });
     if inside { height } else { f64::NEG_INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Wall, step_off_both};
+    use modiste_core::Vec3;
+
+    #[test]
+    fn one_step_leads_out_of_a_sharp_crease() {
+        // Two walls that meet along the Z axis and open towards +X, 20° apart.
+        let half = 10.0f64.to_radians();
+        let wall = |side: f64| Wall { point: Vec3::ZERO, normal: Vec3::new(half.sin(), side * half.cos(), 0.0) };
+        let walls = [wall(1.0), wall(-1.0)];
+        for start in [Vec3::new(-0.002, 0.0005, 0.0), Vec3::new(0.001, -0.001, 3.0)] {
+            let end = start + step_off_both(start, walls, 0.0006);
+            for wall in walls {
+                assert!(wall.normal.dot(end - wall.point) > 0.0006 - 1e-12, "{end}");
+            }
+            assert!((end - start).z.abs() < 1e-15);
+        }
+        // Far from the crease one wall is enough.
+        let step = step_off_both(Vec3::new(0.1, 0.0172, 0.0), walls, 0.0006);
+        assert!(step.length() < 1e-3 && step.dot(walls[1].normal) > 0.0);
+    }
 }
