@@ -61,15 +61,12 @@ impl BodyContacts {
     ) {
         self.contacts.resize(x.len(), Contact::default());
         for (vertex, contact) in self.contacts.iter_mut().enumerate() {
-            let allowed = groups.map_or(EVERYWHERE, |groups| groups.allowed(vertex));
+            let home = groups.map_or(EVERYWHERE, |groups| groups.home(vertex));
             let own = match contact.own {
-                Some(known) => Some(follow(body, &known, x[vertex], allowed)),
-                None => {
-                    let home = groups.map_or(EVERYWHERE, |groups| groups.home(vertex));
-                    let near = body.search(x[vertex], REACH, home & allowed, None);
-                    near.map(|touch| Surface::new(body, &touch))
-                }
+                Some(known) => Some(follow(body, &known, x[vertex], home)),
+                None => body.search(x[vertex], REACH, home, None).map(|touch| Surface::new(body, &touch)),
             };
+            let allowed = groups.map_or(EVERYWHERE, |groups| groups.allowed(vertex));
             let motion = (v[vertex].length() * dt + body.frame_motion()).min(OPPOSITE_MOTION);
             let opposite = own.and_then(|own| {
                 let normal = own.world_normal(body);
@@ -151,6 +148,12 @@ impl BodyContacts {
                     self.deepest = self.deepest.max(depth);
                 }
             }
+            // Going round a limb, the opposite surface may come to face the same way: then there is no pinch.
+            if let (Some(own), Some(opposite)) = (&contact.own, &contact.opposite)
+                && own.world_normal(body).dot(opposite.world_normal(body)) > 0.0
+            {
+                contact.opposite = None;
+            }
         }
     }
 
@@ -173,10 +176,11 @@ impl BodyContacts {
     }
 }
 
-/// Where the surface of `known` is now seen from `x`: near by, or anywhere if that is closer and faces the same way.
-fn follow(body: &BodyCollider, known: &Surface, x: Vec3, allowed: u8) -> Surface {
+/// Where the surface of `known` is now seen from `x`: near by, or anywhere on the limbs of `home` if that is closer and
+/// faces the same way.
+fn follow(body: &BodyCollider, known: &Surface, x: Vec3, home: u8) -> Surface {
     let near = body.walk(x, known.point.face);
-    let anywhere = body.search(x, near.distance.abs(), allowed, None);
+    let anywhere = body.search(x, near.distance.abs(), home, None);
     let better = |touch: &Touch| near.distance > LOYALTY || touch.normal.dot(near.normal) > 0.0;
     match anywhere.filter(better) {
         Some(touch) => known.moved_to(body, &touch),

@@ -22,7 +22,7 @@ pub(crate) fn limb(part: Part) -> usize {
     }
 }
 
-/// For every cloth vertex the limbs that it covers, where it looks for its surface first, and the limbs that it may touch.
+/// For every cloth vertex the limbs that it lies on, and those that may press on it from the other side.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CollisionGroups {
     home: Vec<u8>,
@@ -30,7 +30,7 @@ pub struct CollisionGroups {
 }
 
 impl CollisionGroups {
-    /// Takes the limbs of the faces at each vertex as those it covers; it may touch all.
+    /// Takes the limbs of the faces at each vertex as those it lies on; all may press on it.
     pub fn from_face_parts(topology: &Topology, face_parts: &[Part]) -> Self {
         let mut home = vec![0u8; topology.vertex_count()];
         for (corners, part) in topology.faces().iter().zip(face_parts) {
@@ -41,10 +41,9 @@ impl CollisionGroups {
         Self { allowed: vec![ALL; home.len()], home }
     }
 
-    /// Lets a vertex touch only the limbs of these parts.
-    pub fn allow_only(&mut self, vertex: usize, parts: &[Part]) {
-        self.allowed[vertex] = parts.iter().fold(0, |mask, part| mask | 1 << limb(*part));
-        self.home[vertex] &= self.allowed[vertex];
+    /// Lets limbs that a vertex does not lie on pass it.
+    pub fn let_others_pass(&mut self) {
+        self.allowed.clone_from(&self.home);
     }
 
     /// Number of cloth vertices.
@@ -52,17 +51,18 @@ impl CollisionGroups {
         self.home.len()
     }
 
-    /// Lets a vertex also collide with the limb of `part`: cloth that lies near a joint of two limbs.
+    /// Lets a vertex also lie on the limb of `part`: cloth near a joint of two limbs.
     pub fn add(&mut self, vertex: usize, part: Part) {
         self.home[vertex] |= 1 << limb(part);
+        self.allowed[vertex] |= self.home[vertex];
     }
 
-    /// Bit set of the limbs (trunk, left arm, right arm, left leg, right leg) that a vertex covers.
+    /// Bit set of the limbs (trunk, left arm, right arm, left leg, right leg) that a vertex lies on.
     pub fn home(&self, vertex: usize) -> u8 {
         self.home[vertex]
     }
 
-    /// Bit set of the limbs that a vertex may touch.
+    /// Bit set of the limbs that may press on a vertex, those that it lies on among them.
     pub fn allowed(&self, vertex: usize) -> u8 {
         self.allowed[vertex]
     }
@@ -75,11 +75,13 @@ mod tests {
     use modiste_core::Topology;
 
     #[test]
-    fn seam_vertices_cover_both_limbs_until_told_otherwise() {
+    fn seam_vertices_lie_on_both_limbs() {
         let topology = Topology::new(4, vec![[0, 1, 2], [0, 2, 3]]).unwrap();
         let mut groups = CollisionGroups::from_face_parts(&topology, &[Part::Chest, Part::LeftUpperArm]);
         assert_eq!([0, 1, 2, 3].map(|v| groups.home(v)), [0b11, 0b01, 0b11, 0b10]);
-        groups.allow_only(0, &[Part::LeftForearm]);
-        assert_eq!((groups.home(0), groups.allowed(0)), (0b10, 0b10));
+        groups.let_others_pass();
+        groups.add(3, Part::LeftThigh);
+        assert_eq!([0, 1, 2, 3].map(|v| groups.home(v)), [0b11, 0b01, 0b11, 0b1010]);
+        assert_eq!([0, 1, 2, 3].map(|v| groups.allowed(v)), [0b11, 0b01, 0b11, 0b1010]);
     }
 }

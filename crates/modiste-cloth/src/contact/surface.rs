@@ -27,6 +27,12 @@ const STICK_SHARE: f64 = 0.5;
 /// surface might be on the far side of a limb.
 const DEEP: f64 = 0.004;
 
+/// The most (m) that a vertex is moved out at once; more would jerk its neighbours.
+const LONGEST_STEP: f64 = 0.008;
+
+/// How often a vertex is moved out in a substep.
+const CREASE_ROUNDS: usize = 4;
+
 /// A place of the surface as a vertex remembers it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Surface {
@@ -175,17 +181,22 @@ impl Surface {
             stick *= law.sliding_friction * force / hold;
         }
         if gap < -DEEP {
-            *x -= plane.normal * gap;
+            *x -= plane.normal * gap.max(-LONGEST_STEP);
         }
-        let touch = body.walk(*x, self.point.face);
+        let mut touch = body.walk(*x, self.point.face);
         let min_gap = MIN_GAP_SHARE * law.thickness;
         let mut depth = None;
-        if touch.distance < min_gap {
-            depth = Some((-touch.distance).max(-gap).max(0.0));
-            *x += touch.normal * (min_gap - touch.distance);
+        // In a crease the way out of one side leads into the other.
+        for _ in 0..CREASE_ROUNDS {
+            if touch.distance >= min_gap {
+                break;
+            }
+            depth = Some((-touch.distance).max(-gap).max(depth.unwrap_or(0.0)));
+            *x += touch.normal * (min_gap - touch.distance).min(LONGEST_STEP);
             let (place, before) = body.place(&touch.point);
             let approach = touch.normal.dot(*v - (place - before) / h);
             *v -= touch.normal * approach.min(0.0);
+            touch = body.walk(*x, touch.point.face);
         }
         *self = Self::with(body, &touch, stick, force, slipping);
         depth

@@ -38,13 +38,13 @@ pub enum TrainingError {
     /// A motion without frames.
     #[error("motion {0} has no frames")]
     NoFrames(String),
-    /// The cloth was torn off or stretched beyond use in a motion.
-    #[error("in frame {frame} the garment is stretched by {:.0}% (99th percentile)", 1e2 * stretch)]
-    Torn {
-        /// The frame.
-        frame: usize,
-        /// 99th percentile of the edge stretch.
-        stretch: f64,
+    /// The garment is inside the body or overstretched in most frames of a motion.
+    #[error("only {frames} frames in a row can be learned from, fewer than {wanted}")]
+    Unsound {
+        /// Length of the longest run.
+        frames: usize,
+        /// Shortest run that is kept.
+        wanted: usize,
     },
     /// Every body was dropped.
     #[error("no body could be dressed; the last reason was: {0}")]

@@ -162,7 +162,8 @@ impl Maker<'_> {
                 return Ok(());
             }
             let run = (sequence.name.as_str(), &sequence.motion);
-            match self.wardrobe.simulate(&body, self.wardrobe.template(), run, &frame_done) {
+            let simulation = self.wardrobe.simulate(&body, self.wardrobe.template(), run, &frame_done);
+            match simulation.and_then(|whole| whole.soundest()) {
                 Ok(simulation) => {
                     self.folder.write_sequence(&sequence.name, &simulation)?;
                     let mut manifest = self.manifest();
@@ -173,8 +174,8 @@ impl Maker<'_> {
                         finished: true,
                         inputs,
                         lead_in: simulation.lead_in,
-                        stretch: simulation.worst_stretch,
-                        inside: simulation.worst_inside,
+                        stretch: simulation.stretch.iter().copied().fold(0.0, f64::max),
+                        inside: simulation.inside.iter().copied().max().unwrap_or(0),
                     });
                     self.folder.write_manifest(&manifest)?;
                 }

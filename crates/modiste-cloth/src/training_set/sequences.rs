@@ -34,8 +34,13 @@ const fn window(clip: &'static str, first: f64, seconds: f64) -> Window {
 }
 
 /// Captured motion to learn from.
-pub const TRAINING_CLIPS: [Window; 11] = [
+pub const TRAINING_CLIPS: [Window; 16] = [
     window("walk_02_01", 0.0, 2.8),
+    window("walk_07_04", 0.0, 3.0),
+    window("walk_16_58", 0.0, 3.0),
+    window("turn_05_11", 0.0, 3.0),
+    window("dance_05_04", 0.0, 3.0),
+    window("stretcharms_49_18", 0.0, 3.0),
     window("run_02_03", 0.0, 1.4),
     window("run_49_04", 0.0, 2.0),
     window("jump_02_04", 0.0, 3.6),
@@ -74,9 +79,9 @@ pub fn training_sequences(
     let with_clips = mocap.is_some_and(modiste_io::exists);
     let made: &[(&str, Maker, f64)] = if with_clips {
         &[
-            ("made_walk", generate::walk, 3.0),
-            ("made_turn", generate::turn, 3.0),
-            ("made_raise_arms", generate::raise_arms, 3.0),
+            ("made_walk", generate::walk, 4.0),
+            ("made_turn", generate::turn, 4.0),
+            ("made_raise_arms", generate::raise_arms, 4.0),
         ]
     } else {
         &[

@@ -19,8 +19,14 @@ const EASE_IN_FRAMES: usize = 10;
 /// Cloth nearer than this to a limb in the template pose collides with it (m).
 const NEAR: f64 = 0.02;
 
+/// Stretch (99th percentile) at which a simulation ends: the garment would not come back from it.
+const TORN: f64 = 0.3;
+
 /// Stretch (99th percentile) beyond which a frame is no example to learn from.
-const MAX_STRETCH: f64 = 0.25;
+const MAX_STRETCH: f64 = 0.08;
+
+/// Fewest frames, lead-in left out, that are worth learning from.
+const SHORTEST_RUN: usize = 12;
 
 /// A garment dressed on the mean body, ready for other bodies and for motion.
 ///
@@ -38,16 +44,47 @@ pub struct Wardrobe {
 /// A garment through a motion.
 #[derive(Debug, Clone)]
 pub struct Simulation {
-    /// The motion with its lead-in from the template pose.
+    /// The motion with its lead-in from the template pose, as far as it was simulated.
     pub motion: Motion,
     /// Frames of the lead-in.
     pub lead_in: usize,
     /// Garment vertices in world (m), one list per frame.
     pub frames: Vec<Vec<Vec3>>,
-    /// Largest 99th percentile of the edge stretch in any frame.
-    pub worst_stretch: f64,
-    /// Largest number of garment vertices inside the body in any frame.
-    pub worst_inside: usize,
+    /// 99th percentile of the edge stretch in each frame.
+    pub stretch: Vec<f64>,
+    /// Number of garment vertices inside the body in each frame.
+    pub inside: Vec<usize>,
+}
+
+impl Simulation {
+    /// The longest run of frames that can be learned from: nothing inside the body, nothing overstretched.
+    ///
+    /// # Errors
+    /// No such run that is long enough.
+    pub fn soundest(&self) -> Result<Self, TrainingError> {
+        let is_sound = |frame: &usize| self.stretch[*frame] <= MAX_STRETCH && self.inside[*frame] == 0;
+        let (mut longest, mut start) = (0..0, 0);
+        for frame in 0..=self.frames.len() {
+            if frame == self.frames.len() || !is_sound(&frame) {
+                if frame - start > longest.len() {
+                    longest = start..frame;
+                }
+                start = frame + 1;
+            }
+        }
+        let lead_in = self.lead_in.saturating_sub(longest.start).min(longest.len());
+        if longest.len() < lead_in + SHORTEST_RUN {
+            let frames = longest.len() - lead_in;
+            return Err(TrainingError::Unsound { frames, wanted: SHORTEST_RUN });
+        }
+        Ok(Self {
+            motion: self.motion.slice(longest.clone()),
+            lead_in,
+            frames: self.frames[longest.clone()].to_vec(),
+            stretch: self.stretch[longest.clone()].to_vec(),
+            inside: self.inside[longest].to_vec(),
+        })
+    }
 }
 
 impl Wardrobe {
@@ -61,7 +98,9 @@ impl Wardrobe {
         };
         let tailor = Tailor::new(Arc::new(pattern?), options)?;
         let mean = Mannequin::from(&model.body(&[])?);
-        let template = tailor.dress(&mean)?;
+        // Dressed again like every other body, so that its drape is one of them.
+        let sewn = tailor.dress(&mean)?;
+        let template = tailor.redress(&Carrier::new(&sewn.state.positions, &mean.vertices), &sewn, &mean, &mean)?;
         template.quality.check()?;
         let carrier = Carrier::new(&template.state.positions, &mean.vertices);
         let groups = groups(&tailor, &mean, &template.state.positions);
@@ -110,8 +149,10 @@ impl Wardrobe {
 
     /// Simulates a dressed body through a motion, from the template pose on. `advance` hears of each frame.
     ///
+    /// Where the garment is torn the simulation ends, with the frames before.
+    ///
     /// # Errors
-    /// A motion without frames, cloth that diverges or is torn.
+    /// A motion without frames, or cloth that diverges.
     pub fn simulate(
         &self,
         body: &Body,
@@ -129,39 +170,45 @@ impl Wardrobe {
         let mut state: ClothState = dressed.state.clone();
         state.velocities.fill(Vec3::ZERO);
         let mut vertices = Vec::new();
-        let mut simulation =
-            Simulation { lead_in: LEAD_IN_FRAMES, frames: Vec::new(), worst_stretch: 0.0, worst_inside: 0, motion };
-        for (frame, pose) in simulation.motion.frames.iter().enumerate() {
+        let (mut frames, mut stretch, mut inside) = (Vec::new(), Vec::new(), Vec::new());
+        for pose in &motion.frames {
             body.pose(pose, &mut vertices);
             collider.advance_to(&vertices);
-            let report = solver.step(&model, &mut state, &mut collider, 1.0 / simulation.motion.fps)?;
-            let stretch = state.edge_stretch(&model).percentile_99;
-            if stretch > MAX_STRETCH {
-                return Err(TrainingError::Torn { frame, stretch });
+            let report = solver.step(&model, &mut state, &mut collider, 1.0 / motion.fps)?;
+            let stretched = state.edge_stretch(&model).percentile_99;
+            if stretched > TORN {
+                break;
             }
-            simulation.worst_stretch = simulation.worst_stretch.max(stretch);
-            simulation.worst_inside = simulation.worst_inside.max(report.inside);
-            simulation.frames.push(state.positions.clone());
+            stretch.push(stretched);
+            inside.push(report.inside);
+            frames.push(state.positions.clone());
             advance();
         }
-        Ok(simulation)
+        Ok(Simulation { motion: motion.slice(0..frames.len()), lead_in: LEAD_IN_FRAMES, frames, stretch, inside })
     }
 }
 
-/// The limbs that each cloth vertex collides with: those of its faces' parts, and those that it lies near.
+/// The limbs that each cloth vertex lies on: those of its faces' parts, those that it lies near, and the nearest.
 ///
-/// Cloth that belongs to one limb lets another pass, or the shirt would be clamped between a hanging arm and the trunk and
-/// torn when they part.
+/// Cloth stays on the limbs that it covers and lets others pass, or the shirt would be clamped between a hanging arm and
+/// the trunk and torn when they part, and a hand that grazes the hip would be dressed in the shorts.
 fn groups(tailor: &Tailor, body: &Mannequin, positions: &[Vec3]) -> CollisionGroups {
     let cut = tailor.cut();
     let mut groups = CollisionGroups::from_face_parts(cut.topology(), cut.face_parts());
     for (vertex, x) in positions.iter().enumerate() {
+        let mut nearest = (f64::INFINITY, Part::Pelvis);
         for (v, &part) in body.vertices.iter().zip(&body.vertex_parts) {
-            if v.distance_squared(*x) < NEAR * NEAR {
+            let squared = v.distance_squared(*x);
+            if squared < nearest.0 {
+                nearest = (squared, part);
+            }
+            if squared < NEAR * NEAR {
                 groups.add(vertex, part);
             }
         }
+        groups.add(vertex, nearest.1);
     }
+    groups.let_others_pass();
     groups
 }
 

@@ -35,7 +35,7 @@ const WOMEN: Block = Block {
     waist: Trend { mean: 0.861, slope: 1.057 },
     rise: Trend { mean: 0.208, slope: 0.080 },
     inseam: Trend { mean: 0.165, slope: 0.040 },
-    hip_ease: 0.060,
+    hip_ease: 0.100,
     front_fork: 0.050,
     back_fork: 0.108,
 };
@@ -48,7 +48,7 @@ const MEN: Block = Block {
     waist: Trend { mean: 0.941, slope: 1.276 },
     rise: Trend { mean: 0.218, slope: 0.090 },
     inseam: Trend { mean: 0.200, slope: 0.040 },
-    hip_ease: 0.070,
+    hip_ease: 0.110,
     front_fork: 0.055,
     back_fork: 0.105,
 };
