@@ -236,7 +236,8 @@ mod tests {
     /// An egg with head and foot, and the part of each vertex.
     fn body() -> (Mesh, Vec<Part>) {
         let mesh = icosphere(5);
-        let vertices: Vec<Vec3> = mesh.vertices.iter().map(|v| Vec3::new(0.135, 0.6, 0.108) * *v + 1.1 * Vec3::Y).collect();
+        let vertices: Vec<Vec3> =
+            mesh.vertices.iter().map(|v| Vec3::new(0.135, 0.6, 0.108) * *v + 1.1 * Vec3::Y).collect();
         let part = |y: f64| match y {
             y if y > 1.55 => Part::Head,
             y if y < 0.6 => Part::LeftFoot,

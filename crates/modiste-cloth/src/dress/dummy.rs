@@ -77,18 +77,25 @@ pub(crate) fn dummy(girth: f64) -> Mannequin {
         ring(1.65, 0.03, 0.03, Part::Head),
     ]);
     let mut joints = [Vec3::ZERO; Part::COUNT];
-    for (part, y) in [(Part::Pelvis, 0.90), (Part::Abdomen, 1.0), (Part::Chest, 1.1), (Part::Neck, 1.38), (Part::Head, 1.5)] {
+    for (part, y) in
+        [(Part::Pelvis, 0.90), (Part::Abdomen, 1.0), (Part::Chest, 1.1), (Part::Neck, 1.38), (Part::Head, 1.5)]
+    {
         joints[part.index()] = Vec3::new(0.0, y, 0.0);
     }
     let (arms, legs) = (
-        [[Part::LeftShoulder, Part::LeftUpperArm, Part::LeftForearm, Part::LeftHand], [Part::RightShoulder, Part::RightUpperArm, Part::RightForearm, Part::RightHand]],
+        [
+            [Part::LeftShoulder, Part::LeftUpperArm, Part::LeftForearm, Part::LeftHand],
+            [Part::RightShoulder, Part::RightUpperArm, Part::RightForearm, Part::RightHand],
+        ],
         [[Part::LeftThigh, Part::LeftShin, Part::LeftFoot], [Part::RightThigh, Part::RightShin, Part::RightFoot]],
     );
     for (side, (arm, leg)) in [1.0, -1.0].into_iter().zip(arms.into_iter().zip(legs)) {
         let shoulder = Vec3::new(side * 0.15 * girth, 1.32, 0.0);
         let along = Vec3::new(side, -1.0, 0.0).normalize();
         let across = Vec3::Z.cross(along);
-        let ring = |t: f64, radius: f64, part: Part| (shoulder + t * along, radius * Vec3::Z.cross(along).cross(along) * -1.0, radius * across, part);
+        let ring = |t: f64, radius: f64, part: Part| {
+            (shoulder + t * along, radius * Vec3::Z.cross(along).cross(along) * -1.0, radius * across, part)
+        };
         let ordered = |t, radius, part| {
             let (centre, a, b, part) = ring(t, radius, part);
             if a.cross(b).dot(along) > 0.0 { (centre, a, b, part) } else { (centre, b, a, part) }

@@ -4,56 +4,71 @@ use std::sync::atomic::{AtomicU8, Ordering};
 
 use modiste_body::Part;
 use modiste_core::{Topology, Vec3};
+use rayon::prelude::*;
 
 use super::obstacle::Obstacle;
 
 /// Where the surface just outside a vertex is asked for (m).
 const JUST_OUTSIDE: f64 = 0.0005;
 
-const UNKNOWN: u8 = 0;
-const EXPOSED: u8 = 1;
-const BURIED: u8 = 2;
+/// Product of the normals of a vertex and a face around it below which the surface may be folded through itself there.
+const FOLDED: f64 = 0.2;
+/// Rings around a fold that are looked at.
+const FOLD_RINGS: usize = 3;
 
-/// Tells per vertex whether the surface there is buried, when it is first asked about in a frame.
+/// What is known of a vertex or a face.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    Unknown,
+    Exposed,
+    Buried,
+}
+
+/// Tells per vertex whether the surface there is buried.
 ///
-/// A vertex outside the hulls of all other limbs cannot be buried in one; only for the others is a winding number taken.
+/// A vertex outside the hulls of all other limbs, and away from folds, is not. The others are told by the winding number
+/// just above the surface, which is the same at neighbours unless the surface passes between them: it is taken once for
+/// each patch that the crossings cut off, not once a vertex.
 #[derive(Debug, Clone)]
 pub(crate) struct Exposure {
     limbs: Vec<u8>,
     hulls: Vec<Hull>,
-    vertices: States,
+    vertices: Vec<State>,
+    /// Vertices next to one of the other state.
+    is_rim: Vec<bool>,
+    queue: Vec<u32>,
     /// Of the middles of faces whose corners differ.
-    middles: States,
+    middles: Lazy,
 }
 
-/// What is known so far. Atomic only so that a surface may be asked from several threads; the answer is the same.
+/// What was found out so far. Atomic only so that a surface may be asked from several threads; the answer is the same.
 #[derive(Debug)]
-struct States(Vec<AtomicU8>);
+struct Lazy(Vec<AtomicU8>);
 
-impl Clone for States {
+impl Clone for Lazy {
     fn clone(&self) -> Self {
         Self(self.0.iter().map(|state| AtomicU8::new(state.load(Ordering::Relaxed))).collect())
     }
 }
 
-impl States {
-    fn unknown(count: usize) -> Self {
-        Self((0..count).map(|_| AtomicU8::new(UNKNOWN)).collect())
+impl Lazy {
+    fn new(count: usize) -> Self {
+        Self((0..count).map(|_| AtomicU8::new(0)).collect())
     }
 
     fn forget(&mut self) {
-        self.0.iter_mut().for_each(|state| *state.get_mut() = UNKNOWN);
+        self.0.iter_mut().for_each(|state| *state.get_mut() = 0);
     }
 
     /// Whether an item is exposed; `find_out` is asked where that is not known.
     fn is_exposed(&self, index: usize, find_out: impl FnOnce() -> bool) -> bool {
         match self.0[index].load(Ordering::Relaxed) {
-            UNKNOWN => {
+            0 => {
                 let exposed = find_out();
-                self.0[index].store(if exposed { EXPOSED } else { BURIED }, Ordering::Relaxed);
+                self.0[index].store(1 + u8::from(exposed), Ordering::Relaxed);
                 exposed
             }
-            known => known == EXPOSED,
+            known => known == 2,
         }
     }
 }
@@ -95,18 +110,15 @@ impl Hull {
 }
 
 /// Number of limbs that may pass through each other.
-const LIMBS: usize = 9;
+const LIMBS: usize = 12;
 
-/// Trunk and head, or one segment of a limb.
+/// A piece of the trunk, or one segment of a limb.
 fn limb(part: Part) -> u8 {
     match part {
-        Part::Pelvis
-        | Part::Abdomen
-        | Part::Chest
-        | Part::Neck
-        | Part::Head
-        | Part::LeftShoulder
-        | Part::RightShoulder => 0,
+        Part::Chest | Part::LeftShoulder | Part::RightShoulder => 0,
+        Part::Pelvis => 9,
+        Part::Abdomen => 10,
+        Part::Neck | Part::Head => 11,
         Part::LeftUpperArm => 1,
         Part::LeftForearm | Part::LeftHand => 2,
         Part::RightUpperArm => 3,
@@ -124,34 +136,108 @@ impl Exposure {
         for (face, &part) in topology.faces().iter().zip(face_parts) {
             face.iter().for_each(|&vertex| limbs[vertex as usize] = limb(part));
         }
-        let (vertices, middles) = (States::unknown(limbs.len()), States::unknown(topology.face_count()));
-        Self { limbs, hulls: vec![Hull::EMPTY; LIMBS], vertices, middles }
+        Self {
+            hulls: vec![Hull::EMPTY; LIMBS],
+            vertices: vec![State::Exposed; limbs.len()],
+            is_rim: vec![false; limbs.len()],
+            queue: Vec::new(),
+            middles: Lazy::new(topology.face_count()),
+            limbs,
+        }
     }
 
-    /// Forgets what was known and takes the hulls of the limbs from new vertices (m).
-    pub(crate) fn update(&mut self, vertices: &[Vec3]) {
+    /// Finds out anew about a surface that has moved.
+    pub(crate) fn update(&mut self, surface: &Obstacle) {
         self.hulls.fill(Hull::EMPTY);
-        for (vertex, &limb) in vertices.iter().zip(&self.limbs) {
+        for (vertex, &limb) in surface.vertices().iter().zip(&self.limbs) {
             self.hulls[usize::from(limb)].add(*vertex);
         }
-        self.vertices.forget();
         self.middles.forget();
+        self.suspect(surface);
+        self.spread(surface);
+        let Self { vertices, is_rim, .. } = self;
+        for (vertex, is_rim) in is_rim.iter_mut().enumerate() {
+            let mut around = surface.topology().neighbours(vertex).iter();
+            *is_rim = around.any(|&other| vertices[other as usize] != vertices[vertex]);
+        }
     }
 
-    fn is_vertex_exposed(&self, surface: &Obstacle, vertex: u32) -> bool {
-        let vertex = vertex as usize;
-        self.vertices.is_exposed(vertex, || {
-            let at = surface.vertices()[vertex];
-            let own = usize::from(self.limbs[vertex]);
-            let may_be_buried = (0..LIMBS).any(|limb| limb != own && self.hulls[limb].holds(at));
-            !may_be_buried || !surface.is_inside(at + JUST_OUTSIDE * surface.vertex_normals()[vertex])
-        })
+    /// Forgets what is known of all vertices that may be buried.
+    fn suspect(&mut self, surface: &Obstacle) {
+        let Self { limbs, hulls, vertices, queue, .. } = self;
+        let at = surface.vertices().par_iter().zip(&*limbs);
+        vertices.par_iter_mut().zip(at).with_min_len(512).for_each(|(state, (&at, &own))| {
+            let may_be_buried = (0..LIMBS).any(|limb| limb != usize::from(own) && hulls[limb].holds(at));
+            *state = if may_be_buried { State::Unknown } else { State::Exposed };
+        });
+        queue.clear();
+        for (face, corners) in (0u32..).zip(surface.topology().faces()) {
+            let normal = surface.face_normal(face);
+            let is_folded = |vertex: &u32| surface.vertex_normals()[*vertex as usize].dot(normal) < FOLDED;
+            queue.extend(corners.iter().copied().filter(is_folded));
+        }
+        let mut ring = 0;
+        for _ in 0..FOLD_RINGS {
+            let end = queue.len();
+            for index in ring..end {
+                for &other in surface.topology().neighbours(queue[index] as usize) {
+                    if vertices[other as usize] != State::Unknown {
+                        vertices[other as usize] = State::Unknown;
+                        queue.push(other);
+                    }
+                }
+            }
+            ring = end;
+        }
+    }
+
+    /// Spreads what is known along edges that nothing passes through.
+    fn spread(&mut self, surface: &Obstacle) {
+        let Self { vertices, queue, .. } = self;
+        let above = |vertex: u32| {
+            let vertex = vertex as usize;
+            surface.vertices()[vertex] + JUST_OUTSIDE * surface.vertex_normals()[vertex]
+        };
+        let ask = |vertex: u32| if surface.is_inside(above(vertex)) { State::Buried } else { State::Exposed };
+        queue.clear();
+        for seed in 0..vertices.len() as u32 {
+            if vertices[seed as usize] != State::Unknown {
+                continue;
+            }
+            let state = ask(seed);
+            vertices[seed as usize] = state;
+            queue.push(seed);
+            while let Some(vertex) = queue.pop() {
+                for &other in surface.topology().neighbours(vertex as usize) {
+                    let found = vertices[other as usize];
+                    // What is taken to be exposed, because no other limb is near, may be folded into its own.
+                    let is_open = found == State::Unknown || (state == State::Buried && found == State::Exposed);
+                    if is_open
+                        && !surface.passes_between(above(vertex), above(other))
+                        && (found == State::Unknown || ask(other) == State::Buried)
+                    {
+                        vertices[other as usize] = state;
+                        queue.push(other);
+                    }
+                }
+            }
+        }
+    }
+
+    fn is_vertex_exposed(&self, vertex: u32) -> bool {
+        self.vertices[vertex as usize] == State::Exposed
+    }
+
+    /// Whether another limb may pass through a face.
+    pub(crate) fn is_doubtful(&self, surface: &Obstacle, face: u32) -> bool {
+        let corners = surface.topology().faces()[face as usize];
+        corners.iter().any(|&vertex| self.is_rim[vertex as usize])
     }
 
     /// How many corners of a face are exposed.
     fn exposed_corners(&self, surface: &Obstacle, face: u32) -> usize {
         let corners = surface.topology().faces()[face as usize];
-        corners.iter().filter(|&&vertex| self.is_vertex_exposed(surface, vertex)).count()
+        corners.iter().filter(|&&vertex| self.is_vertex_exposed(vertex)).count()
     }
 
     /// Whether a face is partly buried.
@@ -181,7 +267,7 @@ impl Exposure {
                     }
                 }
                 match nearest.1 {
-                    Some(vertex) => self.is_vertex_exposed(surface, vertex),
+                    Some(vertex) => self.is_vertex_exposed(vertex),
                     None => self.middles.is_exposed(face as usize, || is_outside(middle)),
                 }
             }

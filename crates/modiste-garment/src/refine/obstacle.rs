@@ -11,8 +11,6 @@ use super::exposure::Exposure;
 const ON_FEATURE: f64 = 1e-9;
 /// How far beside the boundary of an open surface a point still counts as above or below it (m).
 const BOUNDARY_REACH: f64 = 0.006;
-/// How far the way out is looked for from where parts of a body pass through each other (m).
-const ESCAPE_REACH: f64 = 0.2;
 
 /// A surface with what is needed to ask on which side of it a point is, and how far.
 ///
@@ -50,6 +48,8 @@ pub(crate) struct Contact {
     pub(crate) face: u32,
     /// Whether the surface nearest to the point is buried: the point lies between parts that pass through each other.
     pub(crate) pinched: bool,
+    /// Whether parts of the body that may pass through each other are near, so that the side is less than certain.
+    pub(crate) doubtful: bool,
 }
 
 /// Where on the mesh a closest point lies.
@@ -124,8 +124,9 @@ impl Obstacle {
             *normal = normal.normalize_or_zero();
         }
         self.tree.refit(vertices);
-        if let Some(exposure) = &mut self.exposure {
-            exposure.update(vertices);
+        if let Some(mut exposure) = self.exposure.take() {
+            exposure.update(self);
+            self.exposure = Some(exposure);
         }
     }
 
@@ -154,37 +155,59 @@ impl Obstacle {
             *hint = at.face;
             return self.contact_at(point, &at);
         };
-        // Nearest of the points that were refused because they are buried.
-        let mut refused = f64::INFINITY;
-        let search = |reach: f64, refused: &mut f64| {
-            self.tree.closest_point_where(&self.vertices, point, reach, likely, |face, at| {
-                let exposed = exposure.is_exposed(self, face, at, precise);
-                if !exposed {
-                    *refused = refused.min(at.distance(point));
-                }
-                exposed
-            })
-        };
-        let mut found = search(reach, &mut refused);
-        if found.is_none() && refused < reach {
-            found = search(ESCAPE_REACH, &mut refused);
-        }
-        let at = found?;
+        // Nearest of the points that were refused because they are buried, and whether all around it is.
+        let (mut refused, mut deep) = (f64::INFINITY, false);
+        let at = self.tree.closest_point_where(&self.vertices, point, reach, likely, |face, at| {
+            let exposed = exposure.is_exposed(self, face, at, precise);
+            let distance = at.distance(point);
+            if !exposed && distance < refused {
+                (refused, deep) = (distance, !exposure.is_mixed(self, face));
+            }
+            exposed
+        })?;
         *hint = at.face;
-        let is_crossing = refused < at.distance || exposure.is_mixed(self, at.face);
-        if !is_crossing {
-            return self.contact_at(point, &at);
+        let is_buried = refused < at.distance;
+        if !is_buried && !exposure.is_mixed(self, at.face) {
+            let doubtful = exposure.is_doubtful(self, at.face);
+            return self.contact_at(point, &at).map(|contact| Contact { doubtful, ..contact });
         }
-        let inside = self.is_inside(point);
+        // Next to a buried surface all is inside; along its rim the winding number tells.
+        let inside = (is_buried && deep) || self.is_inside(point);
         let offset = if inside { at.point - point } else { point - at.point };
         let normal = offset.normalize_or(self.face_normal(at.face));
         let distance = if inside { -at.distance } else { at.distance };
-        Some(Contact { distance, normal, face: at.face, pinched: inside && refused < at.distance })
+        Some(Contact { distance, normal, face: at.face, pinched: inside && is_buried, doubtful: true })
+    }
+
+    /// Whether this is a body, whose parts may pass through each other.
+    pub(crate) fn crosses_itself(&self) -> bool {
+        self.exposure.is_some()
+    }
+
+    /// The point nearest to a given one that can be reached from outside.
+    pub(crate) fn nearest_exposed(&self, point: Vec3, hint: &u32) -> Option<SurfacePoint> {
+        let likely = Some(*hint).filter(|&face| face != NONE);
+        let can_be_reached = |face: u32, at: Vec3| match &self.exposure {
+            Some(exposure) => exposure.is_exposed(self, face, at, true),
+            None => true,
+        };
+        self.tree.closest_point_where(&self.vertices, point, f64::INFINITY, likely, can_be_reached)
+    }
+
+    /// The face nearest to a point, buried or not.
+    pub(crate) fn nearest_face(&self, point: Vec3) -> Option<u32> {
+        self.tree.closest_point(&self.vertices, point, f64::INFINITY).map(|at| at.face)
     }
 
     /// Whether a point is inside the closed surface, by its winding number.
     pub(crate) fn is_inside(&self, point: Vec3) -> bool {
         self.tree.winding_number(&self.vertices, point) > 0.5
+    }
+
+    /// Whether the surface passes between two points.
+    pub(crate) fn passes_between(&self, from: Vec3, to: Vec3) -> bool {
+        let length = from.distance(to);
+        length > 0.0 && self.tree.ray_hit(&self.vertices, from, (to - from) / length, length).is_some()
     }
 
     /// Unit normal of a face.
@@ -214,13 +237,19 @@ impl Obstacle {
         if on_boundary {
             let aside = (at.distance * at.distance - height * height).max(0.0).sqrt();
             let distance = height - self.thickness;
-            let contact = Contact { distance, normal: pseudo_normal, face: at.face, pinched: false };
+            let contact = Contact { distance, normal: pseudo_normal, face: at.face, pinched: false, doubtful: false };
             return (aside <= BOUNDARY_REACH).then_some(contact);
         }
         let sign = if height < 0.0 { -1.0 } else { 1.0 };
         // Close to the surface the offset is rounding, and the pseudo-normal is the direction.
         let normal = if at.distance > 1e-7 { sign / at.distance * offset } else { pseudo_normal };
-        Some(Contact { distance: sign * at.distance - self.thickness, normal, face: at.face, pinched: false })
+        Some(Contact {
+            distance: sign * at.distance - self.thickness,
+            normal,
+            face: at.face,
+            pinched: false,
+            doubtful: false,
+        })
     }
 }
 
@@ -258,7 +287,7 @@ fn feature(barycentric: [f64; 3]) -> Feature {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::{NO_HINT, Obstacle};
     use modiste_body::Part;
     use modiste_core::shapes::{grid, icosphere};
@@ -288,7 +317,7 @@ mod tests {
     }
 
     /// A trunk and a thigh, spheres of radius 1 with centres 1.6 apart.
-    fn crossing() -> Obstacle {
+    pub(crate) fn crossing() -> Obstacle {
         let sphere = icosphere(4);
         let shift = Vec3::new(1.6, 0.0, 0.0);
         let count = sphere.vertices.len() as u32;
@@ -303,7 +332,7 @@ mod tests {
 
     /// Signed distance from the union of the two spheres: outside the nearer, inside the nearest point of the union's
     /// surface, which may be on the circle where they cross.
-    fn union_distance(p: Vec3) -> f64 {
+    pub(crate) fn union_distance(p: Vec3) -> f64 {
         let centres = [Vec3::ZERO, Vec3::new(1.6, 0.0, 0.0)];
         let outside = centres.map(|centre| p.distance(centre) - 1.0);
         if outside.iter().all(|distance| *distance >= 0.0) {
