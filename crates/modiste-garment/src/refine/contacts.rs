@@ -21,7 +21,7 @@ pub(crate) struct Contacts {
 
 impl Contacts {
     pub(crate) const EMPTY: Self = Self {
-        items: [Contact { distance: 0.0, normal: Vec3::ZERO, face: 0, pinched: false, doubtful: false }; MOST],
+        items: [Contact { distance: 0.0, normal: Vec3::ZERO, face: 0, pinched: false }; MOST],
         owners: [0; MOST],
         count: 0,
     };
@@ -47,11 +47,6 @@ impl Contacts {
     pub(crate) fn nearest(&self) -> Option<(usize, &Contact)> {
         let owned = self.owners.iter().map(|&owner| usize::from(owner)).zip(self.as_slice());
         owned.min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance))
-    }
-
-    /// Whether parts of the body that pass through each other are near.
-    pub(crate) fn is_doubtful(&self) -> bool {
-        self.as_slice().iter().any(|contact| contact.doubtful)
     }
 }
 
@@ -82,11 +77,11 @@ impl Site {
     };
 
     /// Finds the contacts of the vertex where it is now. Garments are looked for within `reach` (m), bodies anywhere.
-    pub(crate) fn look(&mut self, obstacles: &[&Obstacle], at: Vec3, reach: f64, precise: bool) {
+    pub(crate) fn look(&mut self, obstacles: &[&Obstacle], at: Vec3, reach: f64) {
         self.contacts = Contacts::EMPTY;
         for (index, (obstacle, hint)) in obstacles.iter().zip(&mut self.hints).enumerate() {
             let reach = if obstacle.crosses_itself() { f64::INFINITY } else { reach };
-            if let Some(contact) = obstacle.contact(at, reach, hint, precise) {
+            if let Some(contact) = obstacle.contact(at, reach, hint) {
                 self.contacts.push(index, contact);
             }
         }
@@ -98,32 +93,29 @@ impl Site {
     /// Moves a vertex that is nearer than `least` (m) by itself, out of all surfaces and of the body in any case.
     pub(crate) fn settle(&mut self, obstacles: &[&Obstacle], at: &mut Vec3, least: f64, reach: f64, rounds: usize) {
         if self.stale {
-            self.look(obstacles, *at, reach, false);
+            self.look(obstacles, *at, reach);
         }
         if self.settled {
             return;
         }
-        for round in 0..rounds {
+        for _ in 0..rounds {
             if self.contacts.least() >= least {
                 break;
             }
             *at += least_step(self.contacts.as_slice(), 2.0 * least);
-            // The first steps lead near the way out, the others find it exactly.
-            self.look(obstacles, *at, reach, round > 0);
+            self.look(obstacles, *at, reach);
         }
-        if self.contacts.least() >= least && !self.contacts.is_doubtful() {
-            self.settled = true;
-            return;
-        }
-        for (obstacle, hint) in obstacles.iter().zip(&mut self.hints).filter(|(obstacle, _)| obstacle.crosses_itself())
-        {
-            if obstacle.is_inside(*at) {
-                *at = obstacle.way_out(*at, 2.0 * least, hint);
-                self.stale = true;
+        let mut moved = false;
+        for index in 0..self.contacts.count {
+            let (owner, contact) = (usize::from(self.contacts.owners[index]), self.contacts.items[index]);
+            let obstacle = obstacles[owner];
+            if obstacle.crosses_itself() && !obstacle.is_surely_outside(*at, &contact) && obstacle.is_inside(*at) {
+                *at = obstacle.way_out(*at, 2.0 * least, &mut self.hints[owner]);
+                moved = true;
             }
         }
-        if self.stale {
-            self.look(obstacles, *at, reach, true);
+        if moved {
+            self.look(obstacles, *at, reach);
         }
         self.settled = true;
     }

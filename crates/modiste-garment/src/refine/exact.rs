@@ -150,7 +150,7 @@ impl ExactPush {
     fn look(&mut self, obstacles: &[&Obstacle], garment: &[Vec3]) {
         let reach = self.options.reach;
         let sites = self.sites.par_iter_mut().zip(garment).with_min_len(VERTICES_AT_ONCE);
-        sites.filter(|(site, _)| site.stale).for_each(|(site, &at)| site.look(obstacles, at, reach, false));
+        sites.filter(|(site, _)| site.stale).for_each(|(site, &at)| site.look(obstacles, at, reach));
     }
 
     /// Moves by itself every vertex that is still too near.

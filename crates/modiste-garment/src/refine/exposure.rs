@@ -34,8 +34,6 @@ pub(crate) struct Exposure {
     limbs: Vec<u8>,
     hulls: Vec<Hull>,
     vertices: Vec<State>,
-    /// Vertices next to one of the other state.
-    is_rim: Vec<bool>,
     queue: Vec<u32>,
     /// Of the middles of faces whose corners differ.
     middles: Lazy,
@@ -110,12 +108,14 @@ impl Hull {
 }
 
 /// Number of limbs that may pass through each other.
-const LIMBS: usize = 12;
+const LIMBS: usize = 14;
 
 /// A piece of the trunk, or one segment of a limb.
 fn limb(part: Part) -> u8 {
     match part {
-        Part::Chest | Part::LeftShoulder | Part::RightShoulder => 0,
+        Part::Chest => 0,
+        Part::LeftShoulder => 12,
+        Part::RightShoulder => 13,
         Part::Pelvis => 9,
         Part::Abdomen => 10,
         Part::Neck | Part::Head => 11,
@@ -139,7 +139,6 @@ impl Exposure {
         Self {
             hulls: vec![Hull::EMPTY; LIMBS],
             vertices: vec![State::Exposed; limbs.len()],
-            is_rim: vec![false; limbs.len()],
             queue: Vec::new(),
             middles: Lazy::new(topology.face_count()),
             limbs,
@@ -155,19 +154,15 @@ impl Exposure {
         self.middles.forget();
         self.suspect(surface);
         self.spread(surface);
-        let Self { vertices, is_rim, .. } = self;
-        for (vertex, is_rim) in is_rim.iter_mut().enumerate() {
-            let mut around = surface.topology().neighbours(vertex).iter();
-            *is_rim = around.any(|&other| vertices[other as usize] != vertices[vertex]);
-        }
     }
 
     /// Forgets what is known of all vertices that may be buried.
     fn suspect(&mut self, surface: &Obstacle) {
         let Self { limbs, hulls, vertices, queue, .. } = self;
-        let at = surface.vertices().par_iter().zip(&*limbs);
-        vertices.par_iter_mut().zip(at).with_min_len(512).for_each(|(state, (&at, &own))| {
-            let may_be_buried = (0..LIMBS).any(|limb| limb != usize::from(own) && hulls[limb].holds(at));
+        let each = (0..limbs.len() as u32).into_par_iter().zip(&*limbs);
+        vertices.par_iter_mut().zip(each).with_min_len(512).for_each(|(state, (vertex, &own))| {
+            let above = just_above(surface, vertex);
+            let may_be_buried = (0..LIMBS).any(|limb| limb != usize::from(own) && hulls[limb].holds(above));
             *state = if may_be_buried { State::Unknown } else { State::Exposed };
         });
         queue.clear();
@@ -194,10 +189,7 @@ impl Exposure {
     /// Spreads what is known along edges that nothing passes through.
     fn spread(&mut self, surface: &Obstacle) {
         let Self { vertices, queue, .. } = self;
-        let above = |vertex: u32| {
-            let vertex = vertex as usize;
-            surface.vertices()[vertex] + JUST_OUTSIDE * surface.vertex_normals()[vertex]
-        };
+        let above = |vertex: u32| just_above(surface, vertex);
         let ask = |vertex: u32| if surface.is_inside(above(vertex)) { State::Buried } else { State::Exposed };
         queue.clear();
         for seed in 0..vertices.len() as u32 {
@@ -224,14 +216,9 @@ impl Exposure {
         }
     }
 
-    fn is_vertex_exposed(&self, vertex: u32) -> bool {
+    /// Whether the surface at a vertex can be reached from outside.
+    pub(crate) fn is_vertex_exposed(&self, vertex: u32) -> bool {
         self.vertices[vertex as usize] == State::Exposed
-    }
-
-    /// Whether another limb may pass through a face.
-    pub(crate) fn is_doubtful(&self, surface: &Obstacle, face: u32) -> bool {
-        let corners = surface.topology().faces()[face as usize];
-        corners.iter().any(|&vertex| self.is_rim[vertex as usize])
     }
 
     /// How many corners of a face are exposed.
@@ -247,30 +234,47 @@ impl Exposure {
 
     /// Whether a point of a face can be reached from outside.
     ///
-    /// On a face that is partly buried the point is asked about itself if `precise`; otherwise the state of the nearest
-    /// corner, or of the middle where that is nearer, stands for it.
-    pub(crate) fn is_exposed(&self, surface: &Obstacle, face: u32, at: Vec3, precise: bool) -> bool {
-        let is_outside = |point: Vec3| !surface.is_inside(point + JUST_OUTSIDE * surface.face_normal(face));
+    /// On a face that is partly buried the state of the nearest corner, or of the middle where that is nearer, stands for
+    /// it.
+    pub(crate) fn is_exposed(&self, surface: &Obstacle, face: u32, at: Vec3) -> bool {
+        match self.exposed_corners(surface, face) {
+            3 => return true,
+            0 => return false,
+            _ => {}
+        }
+        let corners = surface.topology().faces()[face as usize];
+        let place = |vertex: u32| surface.vertices()[vertex as usize];
+        let middle = corners.iter().map(|&vertex| place(vertex)).sum::<Vec3>() / 3.0;
+        let mut nearest = (middle.distance_squared(at), None);
+        for vertex in corners {
+            let distance = place(vertex).distance_squared(at);
+            if distance < nearest.0 {
+                nearest = (distance, Some(vertex));
+            }
+        }
+        match nearest.1 {
+            Some(vertex) => self.is_vertex_exposed(vertex),
+            None => self.middles.is_exposed(face as usize, || is_outside_above(surface, face, middle)),
+        }
+    }
+
+    /// [`Self::is_exposed`], asked about the very point where the face is partly buried.
+    pub(crate) fn is_exposed_at(&self, surface: &Obstacle, face: u32, at: Vec3) -> bool {
         match self.exposed_corners(surface, face) {
             3 => true,
             0 => false,
-            _ if precise => is_outside(at),
-            _ => {
-                let corners = surface.topology().faces()[face as usize];
-                let place = |vertex: u32| surface.vertices()[vertex as usize];
-                let middle = corners.iter().map(|&vertex| place(vertex)).sum::<Vec3>() / 3.0;
-                let mut nearest = (middle.distance_squared(at), None);
-                for vertex in corners {
-                    let distance = place(vertex).distance_squared(at);
-                    if distance < nearest.0 {
-                        nearest = (distance, Some(vertex));
-                    }
-                }
-                match nearest.1 {
-                    Some(vertex) => self.is_vertex_exposed(vertex),
-                    None => self.middles.is_exposed(face as usize, || is_outside(middle)),
-                }
-            }
+            _ => is_outside_above(surface, face, at),
         }
     }
+}
+
+/// Whether the outside begins above a point of a face.
+fn is_outside_above(surface: &Obstacle, face: u32, at: Vec3) -> bool {
+    !surface.is_inside(at + JUST_OUTSIDE * surface.face_normal(face))
+}
+
+/// Where the surface just outside a vertex is asked for (m).
+pub(crate) fn just_above(surface: &Obstacle, vertex: u32) -> Vec3 {
+    let vertex = vertex as usize;
+    surface.vertices()[vertex] + JUST_OUTSIDE * surface.vertex_normals()[vertex]
 }
