@@ -11,11 +11,6 @@ use super::obstacle::Obstacle;
 /// Where the surface just outside a vertex is asked for (m).
 const JUST_OUTSIDE: f64 = 0.0005;
 
-/// Product of the normals of a vertex and a face around it below which the surface may be folded through itself there.
-const FOLDED: f64 = 0.2;
-/// Rings around a fold that are looked at.
-const FOLD_RINGS: usize = 3;
-
 /// What is known of a vertex or a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
@@ -26,9 +21,9 @@ enum State {
 
 /// Tells per vertex whether the surface there is buried.
 ///
-/// A vertex outside the hulls of all other limbs, and away from folds, is not. The others are told by the winding number
-/// just above the surface, which is the same at neighbours unless the surface passes between them: it is taken once for
-/// each patch that the crossings cut off, not once a vertex.
+/// The winding number just above the surface tells. It is the same at neighbours unless the surface passes between them:
+/// it is taken once for each patch that the crossings cut off, not once a vertex. Heads, hands and feet outside the hulls
+/// of all other limbs are taken to be exposed.
 #[derive(Debug, Clone)]
 pub(crate) struct Exposure {
     limbs: Vec<u8>,
@@ -107,27 +102,29 @@ impl Hull {
     }
 }
 
-/// Number of limbs that may pass through each other.
-const LIMBS: usize = 14;
+/// Number of limbs.
+const LIMBS: usize = 10;
 
-/// A piece of the trunk, or one segment of a limb.
+/// Trunk and limbs, which garments lie on, come first, then the extremities.
 fn limb(part: Part) -> u8 {
     match part {
-        Part::Chest => 0,
-        Part::LeftShoulder => 12,
-        Part::RightShoulder => 13,
-        Part::Pelvis => 9,
-        Part::Abdomen => 10,
-        Part::Neck | Part::Head => 11,
-        Part::LeftUpperArm => 1,
-        Part::LeftForearm | Part::LeftHand => 2,
-        Part::RightUpperArm => 3,
-        Part::RightForearm | Part::RightHand => 4,
-        Part::LeftThigh => 5,
-        Part::LeftShin | Part::LeftFoot => 6,
-        Part::RightThigh => 7,
-        Part::RightShin | Part::RightFoot => 8,
+        Part::Pelvis | Part::Abdomen | Part::Chest | Part::Neck | Part::LeftShoulder | Part::RightShoulder => 0,
+        Part::LeftUpperArm | Part::LeftForearm => 1,
+        Part::RightUpperArm | Part::RightForearm => 2,
+        Part::LeftThigh | Part::LeftShin => 3,
+        Part::RightThigh | Part::RightShin => 4,
+        Part::Head => 5,
+        Part::LeftHand => 6,
+        Part::RightHand => 7,
+        Part::LeftFoot => 8,
+        Part::RightFoot => 9,
     }
+}
+
+/// Half of a body's vertices are those of head, hands and feet. Only where these come near another limb does it matter
+/// for cloth whether they are buried.
+fn is_extremity(limb: usize) -> bool {
+    limb > 4
 }
 
 impl Exposure {
@@ -158,32 +155,14 @@ impl Exposure {
 
     /// Forgets what is known of all vertices that may be buried.
     fn suspect(&mut self, surface: &Obstacle) {
-        let Self { limbs, hulls, vertices, queue, .. } = self;
+        let Self { limbs, hulls, vertices, .. } = self;
         let each = (0..limbs.len() as u32).into_par_iter().zip(&*limbs);
         vertices.par_iter_mut().zip(each).with_min_len(512).for_each(|(state, (vertex, &own))| {
             let above = just_above(surface, vertex);
-            let may_be_buried = (0..LIMBS).any(|limb| limb != usize::from(own) && hulls[limb].holds(above));
+            let own = usize::from(own);
+            let may_be_buried = !is_extremity(own) || (0..LIMBS).any(|limb| limb != own && hulls[limb].holds(above));
             *state = if may_be_buried { State::Unknown } else { State::Exposed };
         });
-        queue.clear();
-        for (face, corners) in (0u32..).zip(surface.topology().faces()) {
-            let normal = surface.face_normal(face);
-            let is_folded = |vertex: &u32| surface.vertex_normals()[*vertex as usize].dot(normal) < FOLDED;
-            queue.extend(corners.iter().copied().filter(is_folded));
-        }
-        let mut ring = 0;
-        for _ in 0..FOLD_RINGS {
-            let end = queue.len();
-            for index in ring..end {
-                for &other in surface.topology().neighbours(queue[index] as usize) {
-                    if vertices[other as usize] != State::Unknown {
-                        vertices[other as usize] = State::Unknown;
-                        queue.push(other);
-                    }
-                }
-            }
-            ring = end;
-        }
     }
 
     /// Spreads what is known along edges that nothing passes through.
