@@ -109,7 +109,7 @@ impl Site {
         for index in 0..self.contacts.count {
             let (owner, contact) = (usize::from(self.contacts.owners[index]), self.contacts.items[index]);
             let obstacle = obstacles[owner];
-            if obstacle.crosses_itself() && !obstacle.is_surely_outside(*at, &contact) && obstacle.is_inside(*at) {
+            if obstacle.crosses_itself() && !obstacle.sees_outside(*at, contact.face) && obstacle.is_inside(*at) {
                 *at = obstacle.way_out(*at, 2.0 * least, &mut self.hints[owner]);
                 moved = true;
             }

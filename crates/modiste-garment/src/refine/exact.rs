@@ -44,7 +44,7 @@ impl Default for ExactOptions {
             least: 0.0003,
             reach: 0.06,
             rounds: 4,
-            final_rounds: 6,
+            final_rounds: 3,
             mending_rounds: 6,
             stiffness: Stiffness { smooth: 1.0, damping: 0.05 },
             weight: 10.0,

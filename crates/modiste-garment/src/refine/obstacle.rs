@@ -169,7 +169,7 @@ impl Obstacle {
             return self.contact_at(point, &at);
         }
         // Next to a buried surface all is inside; along its rim the winding number tells.
-        let inside = (is_buried && deep) || self.is_inside(point);
+        let inside = (is_buried && deep) || (!self.sees_outside(point, at.face) && self.is_inside(point));
         let offset = if inside { at.point - point } else { point - at.point };
         let normal = offset.normalize_or(self.face_normal(at.face));
         let distance = if inside { -at.distance } else { at.distance };
@@ -201,17 +201,15 @@ impl Obstacle {
         self.tree.winding_number(&self.vertices, point) > 0.5
     }
 
-    /// Whether a point that seems to be outside by its contact is so for certain: one goes straight to a corner of the
-    /// nearest face that is exposed, and nothing is between. Much faster than the winding number, but not always said of
-    /// points outside.
-    pub(crate) fn is_surely_outside(&self, point: Vec3, contact: &Contact) -> bool {
-        let Some(exposure) = self.exposure.as_ref().filter(|_| contact.distance > 0.0) else { return false };
-        let corners = self.topology.faces()[contact.face as usize].into_iter();
+    /// Whether one can go straight from a point to a corner of a near face that is exposed, with nothing between: then
+    /// the point is outside. Much faster than the winding number, but not said of all points outside.
+    pub(crate) fn sees_outside(&self, point: Vec3, face: u32) -> bool {
+        let Some(exposure) = &self.exposure else { return false };
+        let exposed =
+            self.topology.faces()[face as usize].into_iter().filter(|&corner| exposure.is_vertex_exposed(corner));
         let distance = |corner: &u32| self.vertices[*corner as usize].distance_squared(point);
-        let nearest = corners.min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        nearest.is_some_and(|corner| {
-            exposure.is_vertex_exposed(corner) && !self.passes_between(point, just_above(self, corner))
-        })
+        let nearest = exposed.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.is_some_and(|corner| !self.passes_between(point, just_above(self, corner)))
     }
 
     /// Whether the surface passes between two points.
