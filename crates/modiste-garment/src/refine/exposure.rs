@@ -236,15 +236,6 @@ impl Exposure {
             None => self.middles.is_exposed(face as usize, || is_outside_above(surface, face, middle)),
         }
     }
-
-    /// [`Self::is_exposed`], asked about the very point where the face is partly buried.
-    pub(crate) fn is_exposed_at(&self, surface: &Obstacle, face: u32, at: Vec3) -> bool {
-        match self.exposed_corners(surface, face) {
-            3 => true,
-            0 => false,
-            _ => is_outside_above(surface, face, at),
-        }
-    }
 }
 
 /// Whether the outside begins above a point of a face.

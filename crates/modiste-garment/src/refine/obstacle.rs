@@ -181,19 +181,23 @@ impl Obstacle {
         self.exposure.is_some()
     }
 
-    /// The point nearest to a given one that can be reached from outside.
-    pub(crate) fn nearest_exposed(&self, point: Vec3, hint: &u32) -> Option<SurfacePoint> {
+    /// The nearest of the points of the surface, each the nearest of its face, that `accept` says yes to.
+    pub(crate) fn nearest_where(
+        &self,
+        point: Vec3,
+        hint: &mut u32,
+        accept: impl FnMut(u32, Vec3) -> bool,
+    ) -> Option<SurfacePoint> {
         let likely = Some(*hint).filter(|&face| face != NONE);
-        let can_be_reached = |face: u32, at: Vec3| match &self.exposure {
-            Some(exposure) => exposure.is_exposed_at(self, face, at),
-            None => true,
-        };
-        self.tree.closest_point_where(&self.vertices, point, f64::INFINITY, likely, can_be_reached)
+        let at = self.tree.closest_point_where(&self.vertices, point, f64::INFINITY, likely, accept)?;
+        *hint = at.face;
+        Some(at)
     }
 
-    /// The face nearest to a point, buried or not.
-    pub(crate) fn nearest_face(&self, point: Vec3) -> Option<u32> {
-        self.tree.closest_point(&self.vertices, point, f64::INFINITY).map(|at| at.face)
+    /// Whether any corner of a face can be reached from outside.
+    pub(crate) fn has_exposed_corner(&self, face: u32) -> bool {
+        let corners = self.topology.faces()[face as usize];
+        self.exposure.as_ref().is_none_or(|exposure| corners.iter().any(|&corner| exposure.is_vertex_exposed(corner)))
     }
 
     /// Whether a point is inside the closed surface, by its winding number.

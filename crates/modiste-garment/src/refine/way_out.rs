@@ -10,35 +10,29 @@ const GROWTH: f64 = 1.5;
 const FURTHEST: f64 = 4.0;
 
 impl Obstacle {
-    /// A point outside, `clearance` (m) from the surface that can be reached from outside where there is room.
+    /// A point outside, `clearance` (m) above the nearest exposed point of the surface that has so much room.
     ///
-    /// It stands on the nearest exposed point of the surface. In a crease the clearance leads into the other wall; then
-    /// the point goes further, along the mean of both normals or of the surroundings, until it is out. A body is bounded,
-    /// so it always gets out.
+    /// In a crease the clearance leads into the other wall; such points are passed over for the next nearest. Should no
+    /// point have room, one goes up until nothing of the body is left, so that it always leads out.
     pub(crate) fn way_out(&self, point: Vec3, clearance: f64, hint: &mut u32) -> Vec3 {
-        let Some(at) = self.nearest_exposed(point, hint) else { return self.climb(point, &[Vec3::Y], clearance) };
-        *hint = at.face;
-        let face = self.topology().faces()[at.face as usize];
-        let flat = self.face_normal(at.face);
-        let round = (0..3).map(|i| at.barycentric[i] * self.vertex_normals()[face[i] as usize]).sum::<Vec3>();
-        let straight = (at.point - point).normalize_or(flat);
-        // Into the crease's other wall and off it again: the sum of both normals leads along the crease's middle.
-        let beyond = self.nearest_face(at.point + 2.0 * clearance * flat).map_or(flat, |other| self.face_normal(other));
-        let directions = [flat, (flat + beyond).normalize_or(flat), round.normalize_or(flat), straight];
-        self.climb(at.point, &directions, clearance)
+        let landing = |face: u32, at: Vec3| at + clearance * self.face_normal(face);
+        let has_room = |face: u32, at: Vec3| {
+            let end = landing(face, at);
+            self.has_exposed_corner(face) && (self.sees_outside(end, face) || !self.is_inside(end))
+        };
+        match self.nearest_where(point, hint, has_room) {
+            Some(at) => landing(at.face, at.point),
+            None => self.climb(point, clearance),
+        }
     }
 
-    /// The first point outside on rays from a point, the shortest ones first.
-    fn climb(&self, from: Vec3, directions: &[Vec3], clearance: f64) -> Vec3 {
+    /// The first point outside straight above.
+    fn climb(&self, from: Vec3, clearance: f64) -> Vec3 {
         let mut length = clearance;
-        while length < FURTHEST {
-            let tries = directions.iter().map(|direction| from + length * *direction);
-            if let Some(out) = tries.into_iter().find(|&end| !self.is_inside(end)) {
-                return out;
-            }
+        while length < FURTHEST && self.is_inside(from + length * Vec3::Y) {
             length *= GROWTH;
         }
-        from + FURTHEST * directions[0]
+        from + length * Vec3::Y
     }
 }
 
