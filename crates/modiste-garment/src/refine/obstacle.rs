@@ -370,9 +370,9 @@ pub(crate) mod tests {
             // Along the crossing the mesh is as fine as its triangles.
             worst = worst.max((contact.distance - wanted).abs());
             pinched += usize::from(contact.pinched);
-            // Following the normal leads out.
+            // Following the normal leads out, or near the crossing to within half an edge of a triangle from it.
             let exit = p - (contact.distance - 0.05) * contact.normal;
-            assert!(contact.distance > 0.0 || union_distance(exit) > -0.03, "{p} {exit}");
+            assert!(contact.distance > 0.0 || union_distance(exit) > -0.04, "{p} {exit}");
         }
         assert!(worst < 0.08, "{worst}");
         assert!(pinched > 100);
