@@ -58,11 +58,7 @@ fn dress_writes_the_whole_folder() {
     let report: serde_json::Value = serde_json::from_str(&read(out.join("report.json"))).unwrap();
     assert_eq!(report["subject"]["garments"], serde_json::json!(["shorts", "tshirt"]));
     for fit in report["penetration"].as_array().unwrap() {
-        // The goal, half a millimetre, is measured by the report and not met yet; here the fit must do most of its work.
-        for field in ["deepest_mm", "vertices_per_frame"] {
-            let [before, after] = ["before", "after"].map(|when| fit[when][field].as_f64().unwrap());
-            assert!(after <= 0.1 * before, "{fit}");
-        }
+        assert!(fit["after"]["deepest_mm"].as_f64().unwrap() <= 0.5, "{fit}");
     }
     assert!(String::from_utf8_lossy(&output.stderr).contains("dress: done"), "plain lines tell of the progress");
 }

@@ -305,7 +305,7 @@ mod tests {
                 }
                 let shorts = Obstacle::single(outfit.model(0).garment().topology.clone(), outfit.vertices(0));
                 for vertex in outfit.vertices(1) {
-                    let contact = shorts.contact(*vertex, 0.05, &mut u32::MAX.clone(), true);
+                    let contact = shorts.contact(*vertex, 0.05, &mut u32::MAX.clone());
                     assert!(contact.is_none_or(|contact| contact.distance > 0.001), "{contact:?}");
                 }
             }

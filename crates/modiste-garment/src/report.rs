@@ -202,9 +202,9 @@ pub fn wear(
         tree.refit(&posed);
         report.self_crossing_frames += usize::from(!tree.self_intersections(&posed).is_empty());
         for (index, layer) in report.layers.iter_mut().enumerate() {
-            layer.predicted = layer.predicted.join(measure_with(&tree, &posed, whole.predicted(index)));
-            layer.paper = layer.paper.join(measure_with(&tree, &posed, paper.vertices(index)));
-            layer.fitted = layer.fitted.join(measure_with(&tree, &posed, whole.vertices(index)));
+            layer.predicted = layer.predicted.join(measure_with(topology, &tree, &posed, whole.predicted(index)));
+            layer.paper = layer.paper.join(measure_with(topology, &tree, &posed, paper.vertices(index)));
+            layer.fitted = layer.fitted.join(measure_with(topology, &tree, &posed, whole.vertices(index)));
         }
     }
     report.body = Times::of(&seconds[0]);

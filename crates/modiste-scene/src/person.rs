@@ -86,7 +86,8 @@ impl Person {
         let mut outfit = Outfit::new(&self.body, &self.garments, options)?;
         let mut vertices = self.body.rest_vertices().to_vec();
         // For the measurement of penetration, which is apart from the fit.
-        let mut tree = TriangleBvh::new(self.body.model().topology(), &vertices);
+        let topology = self.body.model().topology();
+        let mut tree = TriangleBvh::new(topology, &vertices);
         let mut tracks = self.empty_tracks(motion.frames.len());
         let mut timing = Timing::default();
         let mut before = vec![Vec::new(); self.garments.len()];
@@ -98,8 +99,8 @@ impl Person {
             tree.refit(&vertices);
             tracks[0].frames.push(stored(&vertices));
             for (layer, track) in tracks[1..].iter_mut().enumerate() {
-                before[layer].push(measure_with(&tree, &vertices, outfit.predicted(layer)));
-                after[layer].push(measure_with(&tree, &vertices, outfit.vertices(layer)));
+                before[layer].push(measure_with(topology, &tree, &vertices, outfit.predicted(layer)));
+                after[layer].push(measure_with(topology, &tree, &vertices, outfit.vertices(layer)));
                 track.frames.push(stored(outfit.vertices(layer)));
             }
             progress.advance(STAGE, frame + 1);

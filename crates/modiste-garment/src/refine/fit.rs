@@ -50,6 +50,8 @@ pub struct Fit {
     correspondences: Vec<Option<Correspondence>>,
     memory: PaperMemory,
     exact: Option<ExactPush>,
+    /// The garment as it was handed in (m).
+    predicted: Vec<Vec3>,
 }
 
 impl Fit {
@@ -62,6 +64,7 @@ impl Fit {
             correspondences: Vec::new(),
             memory: PaperMemory::default(),
             exact: options.exact.map(|exact| ExactPush::new(topology, exact)),
+            predicted: Vec::new(),
             options,
         }
     }
@@ -71,6 +74,8 @@ impl Fit {
     /// # Panics
     /// If there is not one vertex for each of the garment's topology.
     pub fn fit(&mut self, below: &[Below<'_>], garment: &mut [Vec3]) -> ExactReport {
+        self.predicted.clear();
+        self.predicted.extend_from_slice(garment);
         if let Some(paper) = &self.options.paper {
             let surfaces: Vec<(&Obstacle, &[u32])> =
                 below.iter().map(|surface| (surface.obstacle, surface.members)).collect();
@@ -80,7 +85,7 @@ impl Fit {
         }
         let Some(exact) = &mut self.exact else { return ExactReport::default() };
         let obstacles: Vec<&Obstacle> = below.iter().map(|surface| surface.obstacle).collect();
-        exact.run(&mut self.solver, &obstacles, garment)
+        exact.run(&mut self.solver, &obstacles, &self.predicted, garment)
     }
 }
 

@@ -1,6 +1,7 @@
 //! From the predicted garment to one that is worn: outside the body, over other garments (DRAPE §5; Guan 2013, ch. 5 §4).
 
 pub mod anchors;
+mod contacts;
 mod exact;
 mod exposure;
 mod fit;
@@ -9,7 +10,10 @@ mod nearest;
 mod obstacle;
 mod paper;
 pub mod penetration;
+mod shows;
+mod tears;
 mod warp;
+mod way_out;
 
 pub use exact::{ExactOptions, ExactReport};
 pub use fit::{Below, Fit, FitOptions};

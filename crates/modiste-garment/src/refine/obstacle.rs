@@ -5,14 +5,12 @@ use std::sync::Arc;
 use modiste_body::Part;
 use modiste_core::{SurfacePoint, Topology, TriangleBvh, Vec3};
 
-use super::exposure::Exposure;
+use super::exposure::{Exposure, just_above};
 
 /// Barycentric coordinates below this count as zero when the feature of a closest point is told.
 const ON_FEATURE: f64 = 1e-9;
 /// How far beside the boundary of an open surface a point still counts as above or below it (m).
 const BOUNDARY_REACH: f64 = 0.006;
-/// How far the way out is looked for from where parts of a body pass through each other (m).
-const ESCAPE_REACH: f64 = 0.2;
 
 /// A surface with what is needed to ask on which side of it a point is, and how far.
 ///
@@ -124,8 +122,9 @@ impl Obstacle {
             *normal = normal.normalize_or_zero();
         }
         self.tree.refit(vertices);
-        if let Some(exposure) = &mut self.exposure {
-            exposure.update(vertices);
+        if let Some(mut exposure) = self.exposure.take() {
+            exposure.update(self);
+            self.exposure = Some(exposure);
         }
     }
 
@@ -146,45 +145,81 @@ impl Obstacle {
 
     /// The contact of a point with the surface, if that is no further than `reach` (m). `hint` is the face that was
     /// nearest when the same point was last asked about; it changes the time, not the answer. Where parts of a body pass
-    /// through each other `precise` costs several times more and finds the rim of the crossing within the triangles.
-    pub(crate) fn contact(&self, point: Vec3, reach: f64, hint: &mut u32, precise: bool) -> Option<Contact> {
+    /// through each other the rim of the crossing is found to about the size of a triangle.
+    pub(crate) fn contact(&self, point: Vec3, reach: f64, hint: &mut u32) -> Option<Contact> {
         let likely = Some(*hint).filter(|&face| face != NONE);
         let Some(exposure) = &self.exposure else {
             let at = self.tree.closest_point_near(&self.vertices, point, reach, likely)?;
             *hint = at.face;
             return self.contact_at(point, &at);
         };
-        // Nearest of the points that were refused because they are buried.
-        let mut refused = f64::INFINITY;
-        let search = |reach: f64, refused: &mut f64| {
-            self.tree.closest_point_where(&self.vertices, point, reach, likely, |face, at| {
-                let exposed = exposure.is_exposed(self, face, at, precise);
-                if !exposed {
-                    *refused = refused.min(at.distance(point));
-                }
-                exposed
-            })
-        };
-        let mut found = search(reach, &mut refused);
-        if found.is_none() && refused < reach {
-            found = search(ESCAPE_REACH, &mut refused);
-        }
-        let at = found?;
+        // Nearest of the points that were refused because they are buried, and whether all around it is.
+        let (mut refused, mut deep) = (f64::INFINITY, false);
+        let at = self.tree.closest_point_where(&self.vertices, point, reach, likely, |face, at| {
+            let exposed = exposure.is_exposed(self, face, at);
+            let distance = at.distance(point);
+            if !exposed && distance < refused {
+                (refused, deep) = (distance, !exposure.is_mixed(self, face));
+            }
+            exposed
+        })?;
         *hint = at.face;
-        let is_crossing = refused < at.distance || exposure.is_mixed(self, at.face);
-        if !is_crossing {
+        let is_buried = refused < at.distance;
+        if !is_buried && !exposure.is_mixed(self, at.face) {
             return self.contact_at(point, &at);
         }
-        let inside = self.is_inside(point);
+        // Next to a buried surface all is inside; along its rim the winding number tells.
+        let inside = (is_buried && deep) || (!self.sees_outside(point, at.face) && self.is_inside(point));
         let offset = if inside { at.point - point } else { point - at.point };
         let normal = offset.normalize_or(self.face_normal(at.face));
         let distance = if inside { -at.distance } else { at.distance };
-        Some(Contact { distance, normal, face: at.face, pinched: inside && refused < at.distance })
+        Some(Contact { distance, normal, face: at.face, pinched: inside && is_buried })
+    }
+
+    /// Whether this is a body, whose parts may pass through each other.
+    pub(crate) fn crosses_itself(&self) -> bool {
+        self.exposure.is_some()
+    }
+
+    /// The nearest of the points of the surface, each the nearest of its face, that `accept` says yes to.
+    pub(crate) fn nearest_where(
+        &self,
+        point: Vec3,
+        hint: &mut u32,
+        accept: impl FnMut(u32, Vec3) -> bool,
+    ) -> Option<SurfacePoint> {
+        let likely = Some(*hint).filter(|&face| face != NONE);
+        let at = self.tree.closest_point_where(&self.vertices, point, f64::INFINITY, likely, accept)?;
+        *hint = at.face;
+        Some(at)
+    }
+
+    /// Whether any corner of a face can be reached from outside.
+    pub(crate) fn has_exposed_corner(&self, face: u32) -> bool {
+        let corners = self.topology.faces()[face as usize];
+        self.exposure.as_ref().is_none_or(|exposure| corners.iter().any(|&corner| exposure.is_vertex_exposed(corner)))
     }
 
     /// Whether a point is inside the closed surface, by its winding number.
     pub(crate) fn is_inside(&self, point: Vec3) -> bool {
         self.tree.winding_number(&self.vertices, point) > 0.5
+    }
+
+    /// Whether one can go straight from a point to a corner of a near face that is exposed, with nothing between: then
+    /// the point is outside. Much faster than the winding number, but not said of all points outside.
+    pub(crate) fn sees_outside(&self, point: Vec3, face: u32) -> bool {
+        let Some(exposure) = &self.exposure else { return false };
+        let exposed =
+            self.topology.faces()[face as usize].into_iter().filter(|&corner| exposure.is_vertex_exposed(corner));
+        let distance = |corner: &u32| self.vertices[*corner as usize].distance_squared(point);
+        let nearest = exposed.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.is_some_and(|corner| !self.passes_between(point, just_above(self, corner)))
+    }
+
+    /// Whether the surface passes between two points.
+    pub(crate) fn passes_between(&self, from: Vec3, to: Vec3) -> bool {
+        let length = from.distance(to);
+        length > 0.0 && self.tree.ray_hit(&self.vertices, from, (to - from) / length, length).is_some()
     }
 
     /// Unit normal of a face.
@@ -258,7 +293,7 @@ fn feature(barycentric: [f64; 3]) -> Feature {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::{NO_HINT, Obstacle};
     use modiste_body::Part;
     use modiste_core::shapes::{grid, icosphere};
@@ -281,14 +316,14 @@ mod tests {
         for _ in 0..500 {
             let direction = Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng)).normalize();
             let radius = 0.9 + 0.1 * normal(&mut rng).abs().min(2.0);
-            let contact = obstacle.contact(radius * direction, 0.5, &mut NO_HINT.clone(), true).unwrap();
+            let contact = obstacle.contact(radius * direction, 0.5, &mut NO_HINT.clone()).unwrap();
             assert!((contact.distance - (radius - 1.0)).abs() < 2e-3, "{} {radius}", contact.distance);
             assert!(contact.normal.dot(direction) > 0.99);
         }
     }
 
     /// A trunk and a thigh, spheres of radius 1 with centres 1.6 apart.
-    fn crossing() -> Obstacle {
+    pub(crate) fn crossing() -> Obstacle {
         let sphere = icosphere(4);
         let shift = Vec3::new(1.6, 0.0, 0.0);
         let count = sphere.vertices.len() as u32;
@@ -303,7 +338,7 @@ mod tests {
 
     /// Signed distance from the union of the two spheres: outside the nearer, inside the nearest point of the union's
     /// surface, which may be on the circle where they cross.
-    fn union_distance(p: Vec3) -> f64 {
+    pub(crate) fn union_distance(p: Vec3) -> f64 {
         let centres = [Vec3::ZERO, Vec3::new(1.6, 0.0, 0.0)];
         let outside = centres.map(|centre| p.distance(centre) - 1.0);
         if outside.iter().all(|distance| *distance >= 0.0) {
@@ -327,7 +362,7 @@ mod tests {
         let (mut pinched, mut worst) = (0, 0.0f64);
         for _ in 0..2000 {
             let p = Vec3::new(0.8 + 0.3 * normal(&mut rng), 0.5 * normal(&mut rng), 0.5 * normal(&mut rng));
-            let Some(contact) = obstacle.contact(p, 0.5, &mut NO_HINT.clone(), true) else { continue };
+            let Some(contact) = obstacle.contact(p, 0.5, &mut NO_HINT.clone()) else { continue };
             let wanted = union_distance(p);
             if wanted.abs() > 0.02 {
                 assert_eq!(contact.distance < 0.0, wanted < 0.0, "{p} {wanted} {contact:?}");
@@ -335,9 +370,9 @@ mod tests {
             // Along the crossing the mesh is as fine as its triangles.
             worst = worst.max((contact.distance - wanted).abs());
             pinched += usize::from(contact.pinched);
-            // Following the normal leads out.
+            // Following the normal leads out, or near the crossing to within half an edge of a triangle from it.
             let exit = p - (contact.distance - 0.05) * contact.normal;
-            assert!(contact.distance > 0.0 || union_distance(exit) > -0.03, "{p} {exit}");
+            assert!(contact.distance > 0.0 || union_distance(exit) > -0.04, "{p} {exit}");
         }
         assert!(worst < 0.08, "{worst}");
         assert!(pinched > 100);
@@ -346,7 +381,7 @@ mod tests {
     #[test]
     fn away_from_the_crossing_nothing_is_pinched() {
         let obstacle = crossing();
-        let contact = obstacle.contact(Vec3::new(-0.9, 0.0, 0.0), 0.5, &mut NO_HINT.clone(), true).unwrap();
+        let contact = obstacle.contact(Vec3::new(-0.9, 0.0, 0.0), 0.5, &mut NO_HINT.clone()).unwrap();
         assert!(!contact.pinched && (contact.distance + 0.1).abs() < 3e-3);
     }
 
@@ -355,7 +390,7 @@ mod tests {
         let square = grid(4, 4);
         let obstacle = Obstacle::garment(square.topology.clone(), &square.vertices, 0.001);
         let at = |x: f64, z: f64| {
-            let contact = obstacle.contact(Vec3::new(x, 0.5, z), 0.1, &mut NO_HINT.clone(), true);
+            let contact = obstacle.contact(Vec3::new(x, 0.5, z), 0.1, &mut NO_HINT.clone());
             contact.map(|contact| contact.distance)
         };
         assert!((at(0.5, 0.02).unwrap() - 0.019).abs() < 1e-12);
@@ -373,8 +408,8 @@ mod tests {
         for _ in 0..300 {
             point += 0.05 * Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
             point = point.clamp_length(0.8, 1.1);
-            let warm = obstacle.contact(point, 0.4, &mut hint, true).map(|contact| contact.distance);
-            let cold = obstacle.contact(point, 0.4, &mut NO_HINT.clone(), true).map(|contact| contact.distance);
+            let warm = obstacle.contact(point, 0.4, &mut hint).map(|contact| contact.distance);
+            let cold = obstacle.contact(point, 0.4, &mut NO_HINT.clone()).map(|contact| contact.distance);
             assert!(warm == cold || (warm.unwrap() - cold.unwrap()).abs() < 1e-9);
         }
     }

@@ -27,21 +27,35 @@ impl Penetration {
     }
 }
 
+/// Where a point of the surface is asked whether it can be seen from outside (m above it).
+const JUST_OUTSIDE: f64 = 1e-4;
+
 /// Measures a garment against a closed body: a vertex is inside where the winding number of the body is above one half,
-/// and its depth is the distance from the nearest triangle.
+/// and its depth is the distance from the nearest triangle that is not buried in another part of the body.
 ///
-/// The winding number counts a point that is inside an arm as inside even where the arm has sunk into the chest.
+/// The winding number counts a point that is inside an arm as inside even where the arm has sunk into the chest. Triangles
+/// whose nearest point is buried count as buried as a whole, which errs towards deeper.
 pub fn measure(topology: &Topology, body: &[Vec3], garment: &[Vec3]) -> Penetration {
-    measure_with(&TriangleBvh::new(topology, body), body, garment)
+    measure_with(topology, &TriangleBvh::new(topology, body), body, garment)
 }
 
 /// [`measure`] with a tree that is built already and fits the body.
-pub fn measure_with(tree: &TriangleBvh, body: &[Vec3], garment: &[Vec3]) -> Penetration {
+pub fn measure_with(topology: &Topology, tree: &TriangleBvh, body: &[Vec3], garment: &[Vec3]) -> Penetration {
     let depths: Vec<Option<f64>> = garment
         .par_iter()
         .map(|&vertex| {
-            let inside = tree.winding_number(body, vertex) > 0.5;
-            inside.then(|| tree.closest_point(body, vertex, f64::INFINITY).map_or(0.0, |at| at.distance))
+            let is_inside = |point: Vec3| tree.winding_number(body, point) > 0.5;
+            is_inside(vertex).then(|| {
+                let can_be_seen = |face: u32, at: Vec3| {
+                    let [a, b, c] = topology.faces()[face as usize].map(|corner| body[corner as usize]);
+                    !is_inside(at + JUST_OUTSIDE * (b - a).cross(c - a).normalize_or_zero())
+                };
+                // Most often the nearest point of all is not buried, and the search for others is spared.
+                let nearest =
+                    tree.closest_point(body, vertex, f64::INFINITY).filter(|at| can_be_seen(at.face, at.point));
+                let visible = || tree.closest_point_where(body, vertex, f64::INFINITY, None, can_be_seen);
+                nearest.or_else(visible).map_or(f64::INFINITY, |at| at.distance)
+            })
         })
         .collect();
     let inside = depths.iter().flatten();

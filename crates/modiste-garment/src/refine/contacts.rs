@@ -1,0 +1,155 @@
+//! How a vertex of cloth lies to the surfaces below it.
+
+use modiste_core::Vec3;
+
+use super::obstacle::{Contact, NO_HINT, Obstacle};
+
+/// Most surfaces below a garment, the body and the garments under it; those beyond are left out.
+pub(crate) const MOST: usize = 4;
+/// Between opposite contacts whose normals have a product below this, a vertex has two walls to stay away from.
+const OPPOSITE: f64 = -0.3;
+/// Longest step of a single vertex between two walls in one final round (m).
+const LONGEST_STEP: f64 = 0.015;
+
+/// The contacts of a vertex, one of each surface at most.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Contacts {
+    items: [Contact; MOST],
+    owners: [u8; MOST],
+    count: usize,
+}
+
+impl Contacts {
+    pub(crate) const EMPTY: Self = Self {
+        items: [Contact { distance: 0.0, normal: Vec3::ZERO, face: 0, pinched: false }; MOST],
+        owners: [0; MOST],
+        count: 0,
+    };
+
+    pub(crate) fn as_slice(&self) -> &[Contact] {
+        &self.items[..self.count]
+    }
+
+    fn push(&mut self, owner: usize, contact: Contact) {
+        if self.count < MOST {
+            self.items[self.count] = contact;
+            self.owners[self.count] = owner as u8;
+            self.count += 1;
+        }
+    }
+
+    /// The least distance (m); infinite without contacts.
+    pub(crate) fn least(&self) -> f64 {
+        self.as_slice().iter().fold(f64::INFINITY, |least, contact| least.min(contact.distance))
+    }
+
+    /// The nearest contact and the surface it is with.
+    pub(crate) fn nearest(&self) -> Option<(usize, &Contact)> {
+        let owned = self.owners.iter().map(|&owner| usize::from(owner)).zip(self.as_slice());
+        owned.min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance))
+    }
+}
+
+/// A vertex of cloth among the surfaces below.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Site {
+    pub(crate) contacts: Contacts,
+    /// Nearest faces, which in the next frame most often are the same.
+    hints: [u32; MOST],
+    /// How far the vertex may move before its contacts must be found again (m).
+    pub(crate) slack: f64,
+    /// Whether it was between parts that pass through each other in this frame.
+    pub(crate) pinched: bool,
+    /// Whether it has moved since its contacts were found.
+    pub(crate) stale: bool,
+    /// Whether nothing more can be done for it where it is.
+    settled: bool,
+}
+
+impl Site {
+    pub(crate) const NEW: Self = Self {
+        contacts: Contacts::EMPTY,
+        hints: [NO_HINT; MOST],
+        slack: 0.0,
+        pinched: false,
+        stale: true,
+        settled: false,
+    };
+
+    /// Finds the contacts of the vertex where it is now. Garments are looked for within `reach` (m), bodies anywhere.
+    pub(crate) fn look(&mut self, obstacles: &[&Obstacle], at: Vec3, reach: f64) {
+        self.contacts = Contacts::EMPTY;
+        for (index, (obstacle, hint)) in obstacles.iter().zip(&mut self.hints).enumerate() {
+            let reach = if obstacle.crosses_itself() { f64::INFINITY } else { reach };
+            if let Some(contact) = obstacle.contact(at, reach, hint) {
+                self.contacts.push(index, contact);
+            }
+        }
+        self.pinched |= self.contacts.as_slice().iter().any(|contact| contact.pinched);
+        self.slack = self.contacts.least().min(reach);
+        (self.stale, self.settled) = (false, false);
+    }
+
+    /// Moves a vertex that is nearer than `least` (m) by itself, out of all surfaces and of the body in any case.
+    pub(crate) fn settle(&mut self, obstacles: &[&Obstacle], at: &mut Vec3, least: f64, reach: f64, rounds: usize) {
+        if self.stale {
+            self.look(obstacles, *at, reach);
+        }
+        if self.settled {
+            return;
+        }
+        for _ in 0..rounds {
+            if self.contacts.least() >= least {
+                break;
+            }
+            *at += least_step(self.contacts.as_slice(), 2.0 * least);
+            self.look(obstacles, *at, reach);
+        }
+        let mut moved = false;
+        for index in 0..self.contacts.count {
+            let (owner, contact) = (usize::from(self.contacts.owners[index]), self.contacts.items[index]);
+            let obstacle = obstacles[owner];
+            if obstacle.crosses_itself() && !obstacle.sees_outside(*at, contact.face) && obstacle.is_inside(*at) {
+                *at = obstacle.way_out(*at, 2.0 * least, &mut self.hints[owner]);
+                moved = true;
+            }
+        }
+        if moved {
+            self.look(obstacles, *at, reach);
+        }
+        self.settled = true;
+    }
+}
+
+/// The distance that a vertex is to keep from a contact (m): less than the clearance between two walls that are close.
+pub(crate) fn wanted_distance(contact: &Contact, contacts: &[Contact], clearance: f64) -> f64 {
+    let facing = contacts.iter().filter(|other| other.normal.dot(contact.normal) < OPPOSITE);
+    let room = facing.map(|other| 0.5 * (contact.distance + other.distance)).fold(clearance, f64::min);
+    room.max(0.0)
+}
+
+/// The shortest step (m) to `wanted` distance from the nearest two contacts.
+fn least_step(contacts: &[Contact], wanted: f64) -> Vec3 {
+    let gap = |contact: &Contact| wanted_distance(contact, contacts, wanted).max(1e-5) - contact.distance;
+    let mut sorted = [None; 2];
+    for contact in contacts {
+        if sorted[0].is_none_or(|first: &Contact| gap(contact) > gap(first)) {
+            sorted = [Some(contact), sorted[0]];
+        } else if sorted[1].is_none_or(|second: &Contact| gap(contact) > gap(second)) {
+            sorted[1] = Some(contact);
+        }
+    }
+    let Some(first) = sorted[0].filter(|first| gap(first) > 0.0) else { return Vec3::ZERO };
+    let single = gap(first) * first.normal;
+    match sorted[1] {
+        // The single step would get too near to the second contact, so both are met at once.
+        Some(second) if single.dot(second.normal) < gap(second) => {
+            let cosine = first.normal.dot(second.normal);
+            let determinant = (1.0 - cosine * cosine).max(0.02);
+            let along_first = (gap(first) - cosine * gap(second)) / determinant;
+            let along_second = (gap(second) - cosine * gap(first)) / determinant;
+            (along_first * first.normal + along_second * second.normal).clamp_length_max(LONGEST_STEP)
+        }
+        _ => single,
+    }
+}

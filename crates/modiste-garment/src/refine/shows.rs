@@ -1,0 +1,98 @@
+//! Skin that shows through: vertices of a surface above the triangles of cloth that should cover them.
+
+use modiste_core::{Topology, Vec3};
+use rayon::prelude::*;
+
+use super::contacts::Site;
+use super::obstacle::Obstacle;
+
+/// Vertices may show through cloth whose corners are at most this far from the surface (m).
+const SHOW_REACH: f64 = 0.012;
+/// Product of the normals at two corners of a triangle below which the surface is curved there.
+const CURVED: f64 = 0.97;
+/// Depth below the cloth that vertices are sent to (m).
+pub(crate) const SHOW_CLEARANCE: f64 = 0.001;
+/// Faces that one thread takes at a time.
+const FACES_AT_ONCE: usize = 256;
+
+/// A triangle of cloth, its normal, and how far (m) the highest vertex of a surface is above it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Lift {
+    pub(crate) face: [u32; 3],
+    pub(crate) normal: Vec3,
+    pub(crate) height: f64,
+}
+
+/// The triangles of cloth that vertices of surfaces below are above.
+pub(crate) fn find_lifts(
+    topology: &Topology,
+    sites: &[Site],
+    obstacles: &[&Obstacle],
+    garment: &[Vec3],
+    lifts: &mut Vec<Lift>,
+) {
+    let faces = topology.faces().par_iter().with_min_len(FACES_AT_ONCE);
+    lifts.clear();
+    lifts.par_extend(faces.filter_map(|face| lift(*face, sites, obstacles, garment)));
+}
+
+/// The vertices tried are those of the nearest faces of the corners, and where the surface is curved there those around
+/// them.
+fn lift(face: [u32; 3], sites: &[Site], obstacles: &[&Obstacle], garment: &[Vec3]) -> Option<Lift> {
+    let contacts = face.map(|vertex| sites[vertex as usize].contacts.nearest());
+    let [Some(a), Some(b), Some(c)] = contacts else { return None };
+    let nearest = [a, b, c];
+    if nearest.iter().any(|(_, contact)| contact.distance >= SHOW_REACH || contact.pinched) {
+        return None;
+    }
+    let corners = face.map(|vertex| garment[vertex as usize]);
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+    let product = |i: usize, j: usize| nearest[i].1.normal.dot(nearest[j].1.normal);
+    let is_curved = product(0, 1).min(product(1, 2)).min(product(2, 0)) < CURVED;
+    let mut height: f64 = 0.0;
+    for (owner, contact) in nearest {
+        let obstacle = obstacles[owner];
+        let mut try_vertex = |vertex: u32| {
+            if obstacle.vertex_normals()[vertex as usize].dot(normal) > 0.2 {
+                height = height.max(height_above(corners, normal, obstacle.vertices()[vertex as usize]));
+            }
+        };
+        for vertex in obstacle.topology().faces()[contact.face as usize] {
+            try_vertex(vertex);
+            if is_curved {
+                obstacle.topology().neighbours(vertex as usize).iter().for_each(|&around| try_vertex(around));
+            }
+        }
+    }
+    // Centimetres above the cloth are no show-through, but another limb.
+    (height > 0.0 && height < SHOW_REACH).then_some(Lift { face, normal, height })
+}
+
+/// Height (m) of a point above a triangle, or minus infinity where it is not above it.
+fn height_above(corners: [Vec3; 3], normal: Vec3, point: Vec3) -> f64 {
+    let height = normal.dot(point - corners[0]);
+    // Most are below, which is told faster than where they are.
+    if height <= 0.0 {
+        return f64::NEG_INFINITY;
+    }
+    let inside = (0..3).all(|corner| {
+        let (from, to) = (corners[corner], corners[(corner + 1) % 3]);
+        normal.dot((to - from).cross(point - from)) >= 0.0
+    });
+    if inside { height } else { f64::NEG_INFINITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::height_above;
+    use modiste_core::Vec3;
+
+    #[test]
+    fn only_points_over_the_triangle_are_above_it() {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let height = |x: f64, y: f64, z: f64| height_above(corners, Vec3::Z, Vec3::new(x, y, z));
+        assert!((height(0.2, 0.2, 0.1) - 0.1).abs() < 1e-15);
+        assert!(height(0.2, 0.2, -0.1) < 0.0);
+        assert!(height(0.8, 0.8, 0.1) < 0.0);
+    }
+}

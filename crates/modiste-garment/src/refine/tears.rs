@@ -1,0 +1,111 @@
+//! Mending what pushing vertices out has torn: neighbours that were sent different ways are brought together again.
+
+use modiste_core::{Topology, Vec3};
+
+/// An edge is torn when it is longer than this many times its length as predicted, and by more than [`LEAST_TEAR`].
+const TORN: f64 = 1.6;
+/// Added to the length that an edge may have (m): short edges stretch much without being seen.
+const LEAST_TEAR: f64 = 0.005;
+/// Rings around a torn edge that give way.
+const RINGS: usize = 3;
+/// Rounds of averaging before the vertices are pushed out again.
+const AVERAGES: usize = 6;
+
+/// Finds torn edges and evens out the displacements around them. Keeps its memory.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tears {
+    region: Vec<u32>,
+    in_region: Vec<bool>,
+    displacements: Vec<Vec3>,
+    averages: Vec<Vec3>,
+}
+
+impl Tears {
+    /// The vertices that [`Self::mend`] has moved.
+    pub(crate) fn region(&self) -> &[u32] {
+        &self.region
+    }
+
+    /// Replaces the displacements from `predicted` by the mean of their neighbours' around all torn edges. Returns
+    /// whether there were any.
+    pub(crate) fn mend(&mut self, topology: &Topology, predicted: &[Vec3], garment: &mut [Vec3]) -> bool {
+        self.find(topology, predicted, garment);
+        self.displacements.resize(garment.len(), Vec3::ZERO);
+        for ((displacement, at), from) in self.displacements.iter_mut().zip(garment.iter()).zip(predicted) {
+            *displacement = *at - *from;
+        }
+        for _ in 0..AVERAGES {
+            self.averages.clear();
+            self.averages.extend(self.region.iter().map(|&vertex| {
+                let around = topology.neighbours(vertex as usize);
+                let own = self.displacements[vertex as usize];
+                let sum: Vec3 = around.iter().map(|&other| self.displacements[other as usize]).sum();
+                0.5 * own + 0.5 / around.len().max(1) as f64 * sum
+            }));
+            for (&vertex, average) in self.region.iter().zip(&self.averages) {
+                self.displacements[vertex as usize] = *average;
+            }
+        }
+        for &vertex in &self.region {
+            garment[vertex as usize] = predicted[vertex as usize] + self.displacements[vertex as usize];
+        }
+        !self.region.is_empty()
+    }
+
+    /// The ends of torn edges and the rings around them.
+    fn find(&mut self, topology: &Topology, predicted: &[Vec3], garment: &[Vec3]) {
+        let Self { region, in_region, .. } = self;
+        in_region.clear();
+        in_region.resize(garment.len(), false);
+        region.clear();
+        let mut add = |vertex: u32, region: &mut Vec<u32>| {
+            if !std::mem::replace(&mut in_region[vertex as usize], true) {
+                region.push(vertex);
+            }
+        };
+        for edge in topology.edges() {
+            let [a, b] = edge.vertices.map(|vertex| vertex as usize);
+            let may_be = TORN * predicted[a].distance(predicted[b]) + LEAST_TEAR;
+            if garment[a].distance_squared(garment[b]) > may_be * may_be {
+                edge.vertices.iter().for_each(|&vertex| add(vertex, region));
+            }
+        }
+        let mut ring = 0;
+        for _ in 0..RINGS {
+            let end = region.len();
+            for index in ring..end {
+                topology.neighbours(region[index] as usize).iter().for_each(|&vertex| add(vertex, region));
+            }
+            ring = end;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Tears;
+    use modiste_core::Vec3;
+    use modiste_core::shapes::grid;
+
+    #[test]
+    fn a_vertex_that_was_torn_out_comes_back_and_the_rest_stays() {
+        let cloth = grid(20, 20);
+        let mut garment: Vec<Vec3> = cloth.vertices.iter().map(|v| *v + 0.1 * Vec3::Y).collect();
+        let torn = (0..garment.len()).min_by(|&a, &b| {
+            let middle = Vec3::new(0.5, 0.1, 0.5);
+            garment[a].distance(middle).total_cmp(&garment[b].distance(middle))
+        });
+        let torn = torn.unwrap();
+        garment[torn] += 0.3 * Vec3::Y;
+        let mut tears = Tears::default();
+        let mut rounds = 0;
+        while tears.mend(&cloth.topology, &cloth.vertices, &mut garment) && rounds < 10 {
+            assert!(tears.region().contains(&(torn as u32)) && tears.region().len() < 60);
+            rounds += 1;
+        }
+        assert!((1..3).contains(&rounds));
+        let height = |vertex: usize| garment[vertex].y;
+        assert!(height(torn) < 0.15 && height(torn) > 0.1);
+        assert!((height(0) - 0.1).abs() < 1e-15, "the rest stays");
+    }
+}

@@ -1,0 +1,63 @@
+//! The last resort for a point inside a body whose parts may pass through each other: a point outside of all of them.
+
+use modiste_core::Vec3;
+
+use super::obstacle::Obstacle;
+
+/// Each try goes further than the last by this.
+const GROWTH: f64 = 1.5;
+/// Nothing of a body is further from its own surface than this (m).
+const FURTHEST: f64 = 4.0;
+
+impl Obstacle {
+    /// A point outside, `clearance` (m) above the nearest exposed point of the surface that has so much room.
+    ///
+    /// In a crease the clearance leads into the other wall; such points are passed over for the next nearest. Should no
+    /// point have room, one goes up until nothing of the body is left, so that it always leads out.
+    pub(crate) fn way_out(&self, point: Vec3, clearance: f64, hint: &mut u32) -> Vec3 {
+        let landing = |face: u32, at: Vec3| at + clearance * self.face_normal(face);
+        let has_room = |face: u32, at: Vec3| {
+            let end = landing(face, at);
+            self.has_exposed_corner(face) && (self.sees_outside(end, face) || !self.is_inside(end))
+        };
+        match self.nearest_where(point, hint, has_room) {
+            Some(at) => landing(at.face, at.point),
+            None => self.climb(point, clearance),
+        }
+    }
+
+    /// The first point outside straight above.
+    fn climb(&self, from: Vec3, clearance: f64) -> Vec3 {
+        let mut length = clearance;
+        while length < FURTHEST && self.is_inside(from + length * Vec3::Y) {
+            length *= GROWTH;
+        }
+        from + length * Vec3::Y
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::refine::obstacle::NO_HINT;
+    use crate::refine::obstacle::tests::{crossing, union_distance};
+    use modiste_core::{Vec3, normal, seeded_rng};
+
+    #[test]
+    fn from_everywhere_in_a_crossing_the_way_leads_out_and_is_short() {
+        let body = crossing();
+        let mut rng = seeded_rng(8);
+        let (mut asked, mut worst) = (0, 0.0f64);
+        while asked < 500 {
+            let p = Vec3::new(0.8 + 0.3 * normal(&mut rng), 0.4 * normal(&mut rng), 0.4 * normal(&mut rng));
+            if !body.is_inside(p) {
+                continue;
+            }
+            asked += 1;
+            let out = body.way_out(p, 0.0006, &mut NO_HINT.clone());
+            assert!(!body.is_inside(out), "{p} {out}");
+            worst = worst.max(out.distance(p) + union_distance(p));
+        }
+        // As near as the triangles along the crossing allow.
+        assert!(worst < 0.08, "{worst}");
+    }
+}
