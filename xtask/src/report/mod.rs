@@ -13,6 +13,7 @@ mod trials;
 mod wrinkles;
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
@@ -75,9 +76,6 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         );
     }
     let folder = workspace_root().join("calibration/main");
-    let file = folder.join("report.json");
-    let mut sections: BTreeMap<String, Page> =
-        if modiste_io::exists(&file) { modiste_io::json::read::<Report>(&file)?.sections } else { BTreeMap::new() };
     let wanted = |name: &str| arguments.only.is_empty() || arguments.only.iter().any(|only| only == name);
     let mut failures = Vec::new();
     for section in SECTIONS.iter().filter(|section| wanted(section.name)) {
@@ -85,19 +83,28 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         match (section.measure)().with_context(|| format!("section {}", section.name)) {
             Ok(page) => {
                 page.print();
-                for (name, svg) in &page.plots {
-                    modiste_io::write_bytes(folder.join(name), svg.as_bytes())?;
-                }
-                sections.insert(section.name.to_owned(), page);
+                keep(&folder, section.name, page)?;
             }
             Err(error) => failures.push(sentence(&error)),
         }
     }
+    println!("wrote {}", folder.join("report.md").display());
+    ensure!(failures.is_empty(), "{}", failures.join("; "));
+    Ok(())
+}
+
+/// Puts a section among those of earlier runs, as soon as it is measured: a long run that is stopped loses nothing.
+fn keep(folder: &Path, name: &str, page: Page) -> Result<()> {
+    let file = folder.join("report.json");
+    let mut sections: BTreeMap<String, Page> =
+        if modiste_io::exists(&file) { modiste_io::json::read::<Report>(&file)?.sections } else { BTreeMap::new() };
+    for (name, svg) in &page.plots {
+        modiste_io::write_bytes(folder.join(name), svg.as_bytes())?;
+    }
+    sections.insert(name.to_owned(), page);
     let report = Report { machine: Machine::this(), sections };
     modiste_io::json::write(&file, &report)?;
     modiste_io::write_bytes(folder.join("report.md"), markdown(&report).as_bytes())?;
-    println!("wrote {}", folder.join("report.md").display());
-    ensure!(failures.is_empty(), "{}", failures.join("; "));
     Ok(())
 }
 

@@ -137,7 +137,9 @@ impl Folder {
     }
 
     /// Writes all dressed bodies.
-    pub(super) fn write_shapes(&self, pieces: &[ShapePiece]) -> Result<(), IoError> {
+    ///
+    /// `body_anchors` are the body vertices (m) of the garment's anchors, one list per body.
+    pub(super) fn write_shapes(&self, pieces: &[ShapePiece], body_anchors: &[Vec<Vec3>]) -> Result<(), IoError> {
         let count = pieces.first().map_or(0, |p| p.vertices.len());
         let dimensions = pieces.first().map_or(0, |p| p.shape.len());
         let beta: Vec<f32> = pieces.iter().flat_map(|p| p.shape.iter().map(|&b| b as f32)).collect();
@@ -146,6 +148,7 @@ impl Folder {
         Writer::new()
             .add_f32("beta", &[pieces.len(), dimensions], beta)
             .add_f32("vertices", &[pieces.len(), count, 3], flat(&vertices))
+            .add_f32("body_anchors", &[pieces.len(), body_anchors.first().map_or(0, Vec::len), 3], flat(body_anchors))
             .add_i32("size", &[pieces.len()], sizes)
             .save(self.path.join("shapes.npz"))
     }

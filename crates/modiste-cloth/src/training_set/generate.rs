@@ -229,7 +229,13 @@ impl Maker<'_> {
         if pieces.is_empty() && wanted > 0 {
             return Err(TrainingError::NoBodies(last_reason));
         }
-        self.folder.write_shapes(&pieces)?;
+        let anchors = self.wardrobe.anchors();
+        let places = |piece: &ShapePiece| -> Result<Vec<Vec3>, TrainingError> {
+            let body = self.wardrobe.model().body(&piece.shape)?;
+            Ok(anchors.iter().map(|&[_, vertex]| body.rest_vertices()[vertex as usize]).collect())
+        };
+        let body_anchors = pieces.iter().map(places).collect::<Result<Vec<_>, _>>()?;
+        self.folder.write_shapes(&pieces, &body_anchors)?;
         let mut manifest = self.manifest();
         manifest.put(Entry {
             name: "shapes".to_owned(),

@@ -53,6 +53,8 @@ impl DrapeModel {
         writer.add_f32("uv", &[faces, 3, 2], uv);
         add_basis(&mut writer, "shape", &shape.mean, &shape.basis, &shape.std_devs, shape.total_variance);
         writer.add_f64("W", &[shape.regression.rows, shape.regression.cols], shape.regression.data.clone());
+        let offsets = &shape.offset_regression;
+        writer.add_f64("anchor_offset", &[offsets.rows, offsets.cols], offsets.data.clone());
         add_basis(&mut writer, "wrinkle", &wrinkle.mean, &wrinkle.basis, &wrinkle.std_devs, wrinkle.total_variance);
         writer.add_u8("pose_parts", &[dynamics.inputs.parts().len()], part_bytes(dynamics.inputs.parts()));
         for (block, matrix) in BLOCKS.into_iter().zip(dynamics.matrices()) {
@@ -124,7 +126,8 @@ impl DrapeModel {
         let (body_shape, garment_shape) = (file.dimension("body_shape")?, file.dimension("garment_shape")?);
         let (mean, basis, std_devs, total_variance) = read_basis(file, name, "shape", faces, garment_shape)?;
         let regression = matrix(file, "W", body_shape + 1, garment_shape)?;
-        let shape = ShapeModel { mean, basis, std_devs, regression, total_variance };
+        let offset_regression = matrix(file, "anchor_offset", body_shape + 1, 3)?;
+        let shape = ShapeModel { mean, basis, std_devs, regression, offset_regression, total_variance };
         let wrinkles = file.dimension("wrinkles")?;
         let (mean, basis, std_devs, total_variance) = read_basis(file, name, "wrinkle", faces, wrinkles)?;
         let frame = match file.attribute("wrinkle_frame")? {

@@ -5,18 +5,18 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::gradient::area_weights;
-use super::shape::{ShapeOptions, apply_regression, regress, shape_gradients};
+use super::shape::{ShapeOptions, anchor_offsets, apply_regression, regress, shape_gradients};
 use super::training_set::TrainingSet;
 use crate::GarmentError;
-use crate::refine::anchors::translation;
+use crate::refine::anchors;
 
 /// How predicted and true garment are brought together before distances are taken.
-#[derive(Debug, Clone, Copy)]
-pub enum Placement<'a> {
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Placement {
     /// By the translation that brings their centroids together: the error of form alone.
     Centroid,
-    /// As at run time: anchors of the predicted garment on those of the body. One list of body vertices per sample.
-    Anchors(&'a [Vec<Vec3>]),
+    /// As at run time: anchors of the predicted garment at the predicted offset from those of the body.
+    Anchors,
 }
 
 /// Errors of the garment on bodies that were left out of training.
@@ -48,16 +48,11 @@ pub fn leave_one_out(
     set: &TrainingSet,
     options: &ShapeOptions,
     body_counts: &[usize],
-    placement: Placement<'_>,
+    placement: Placement,
 ) -> Result<LeaveOneOut, GarmentError> {
     let samples = set.shapes.len();
     if samples < 3 {
         return Err(GarmentError::data("shape training set", "at least 3 bodies", samples));
-    }
-    if let Placement::Anchors(bodies) = placement
-        && bodies.len() != samples
-    {
-        return Err(GarmentError::data("bodies for the anchors", samples, bodies.len()));
     }
     let gram = gram(set, options.area_weighted);
     let folds: Vec<Fold> = (0..samples)
@@ -108,7 +103,7 @@ fn fold(
     set: &TrainingSet,
     options: &ShapeOptions,
     body_counts: &[usize],
-    placement: Placement<'_>,
+    placement: Placement,
     gram: &Matrix,
     left_out: usize,
 ) -> Result<Fold, GarmentError> {
@@ -121,7 +116,14 @@ fn fold(
     let count = values.iter().take(options.count).take_while(|&&value| value > 1e-10 * values[0]).count();
     let coefficients = Matrix::from_fn(n, count, |i, k| vectors[(i, k)] * values[k].sqrt());
     let bodies: Vec<&[f64]> = kept.iter().map(|&sample| set.shapes[sample].shape.as_slice()).collect();
-    let error = |garment_shape: &[f64]| {
+    let all_offsets = anchor_offsets(&set.garment, &set.shapes);
+    let offsets = Matrix::from_fn(n, 3, |i, axis| all_offsets[(kept[i], axis)]);
+    let offset = |body_count: usize| -> Result<Vec3, GarmentError> {
+        let regression = regress(&bodies, body_count, &offsets, options.ridge)?;
+        let offset = apply_regression(&regression, &set.shapes[left_out].shape);
+        Ok(Vec3::new(offset[0], offset[1], offset[2]))
+    };
+    let error = |garment_shape: &[f64], offset: Vec3| {
         let weights: Vec<f64> = (0..n)
             .map(|i| {
                 let along: f64 =
@@ -129,7 +131,7 @@ fn fold(
                 1.0 / n as f64 + along
             })
             .collect();
-        distance(set, &kept, &weights, left_out, placement)
+        distance(set, &kept, &weights, left_out, (placement, offset))
     };
     // Inner products of the left-out gradients with the components, from those with the samples.
     let left_out_mean = kept.iter().map(|&j| gram[(left_out, j)]).sum::<f64>() / n as f64;
@@ -144,14 +146,21 @@ fn fold(
         .iter()
         .map(|&body_count| {
             let regression = regress(&bodies, body_count, &coefficients, options.ridge)?;
-            Ok(error(&apply_regression(&regression, &set.shapes[left_out].shape)))
+            Ok(error(&apply_regression(&regression, &set.shapes[left_out].shape), offset(body_count)?))
         })
         .collect::<Result<_, GarmentError>>()?;
-    Ok(Fold { predicted, projected: error(&projected), mean_garment: error(&[]) })
+    let best = offset(options.body_count)?;
+    Ok(Fold { predicted, projected: error(&projected, best), mean_garment: error(&[], offset(0)?) })
 }
 
 /// Mean distance (m) of the left-out garment from a combination of the others.
-fn distance(set: &TrainingSet, kept: &[usize], weights: &[f64], left_out: usize, placement: Placement<'_>) -> f64 {
+fn distance(
+    set: &TrainingSet,
+    kept: &[usize],
+    weights: &[f64],
+    left_out: usize,
+    (placement, offset): (Placement, Vec3),
+) -> f64 {
     let truth = &set.shapes[left_out].vertices;
     let mut predicted = vec![Vec3::ZERO; truth.len()];
     for (&sample, &weight) in kept.iter().zip(weights) {
@@ -161,7 +170,9 @@ fn distance(set: &TrainingSet, kept: &[usize], weights: &[f64], left_out: usize,
     }
     let shift = match placement {
         Placement::Centroid => centroid(truth) - centroid(&predicted),
-        Placement::Anchors(bodies) => translation(&set.garment.anchors, &predicted, &bodies[left_out]),
+        Placement::Anchors => {
+            offset - anchors::offset(&set.garment.anchors, &predicted, &set.shapes[left_out].body_anchors)
+        }
     };
     truth.iter().zip(&predicted).map(|(truth, predicted)| truth.distance(*predicted + shift)).sum::<f64>()
         / truth.len() as f64

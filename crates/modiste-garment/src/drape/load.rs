@@ -56,7 +56,7 @@ impl TrainingSet {
         let manifest: Manifest = json::read(folder.join("manifest.json"))?;
         let garment = read_garment(&folder.join("garment.npz"), &manifest)?;
         let vertices = garment.topology.vertex_count();
-        let shapes = read_shapes(&folder.join("shapes.npz"), vertices)?;
+        let shapes = read_shapes(&folder.join("shapes.npz"), vertices, garment.anchors.len())?;
         let is_wanted = |entry: &&Entry| entry.kind == "pose" && entry.finished && wanted(&entry.name);
         let sequences = manifest
             .sequences
@@ -124,14 +124,17 @@ fn read_garment(path: &Path, manifest: &Manifest) -> Result<Garment, GarmentErro
     })
 }
 
-fn read_shapes(path: &Path, vertices: usize) -> Result<Vec<ShapeSample>, GarmentError> {
+fn read_shapes(path: &Path, vertices: usize, anchors: usize) -> Result<Vec<ShapeSample>, GarmentError> {
     let arrays = Arrays::open(path)?;
     let meshes = arrays.point_lists("vertices", vertices)?;
     let beta = arrays.reader.f32("beta")?;
     arrays.reader.check_shape("beta", &beta.shape, &[Some(meshes.len()), None])?;
     let dimensions = beta.shape[1].max(1);
     let shapes = beta.data.chunks(dimensions).map(|row| row.iter().map(|&value| f64::from(value)).collect());
-    Ok(shapes.zip(meshes).map(|(shape, vertices)| ShapeSample { shape, vertices }).collect())
+    let places = arrays.point_lists("body_anchors", anchors)?;
+    arrays.reader.check_shape("body_anchors", &[places.len()], &[Some(meshes.len())])?;
+    let samples = shapes.zip(meshes).zip(places);
+    Ok(samples.map(|((shape, vertices), body_anchors)| ShapeSample { shape, vertices, body_anchors }).collect())
 }
 
 fn read_sequence(path: &Path, name: &str, vertices: usize) -> Result<PoseSequence, GarmentError> {

@@ -1,10 +1,11 @@
 //! How the garment changes with the shape of the body (DRAPE §4.1).
 
-use modiste_core::{Mat3, Matrix, Pca, QuantisedBasis, deformation_gradients, ridge};
+use modiste_core::{Mat3, Matrix, Pca, QuantisedBasis, Vec3, deformation_gradients, ridge};
 
 use super::gradient::{PER_FACE, area_weights, flatten, gradient_of};
 use super::training_set::{Garment, ShapeSample};
 use crate::GarmentError;
+use crate::refine::anchors::offset;
 
 /// How the shape model is learned.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +23,7 @@ pub struct ShapeOptions {
 
 impl Default for ShapeOptions {
     fn default() -> Self {
-        Self { count: 5, body_count: 20, ridge: 0.2, area_weighted: false }
+        Self { count: 20, body_count: 20, ridge: 3.0, area_weighted: false }
     }
 }
 
@@ -34,6 +35,8 @@ pub struct ShapeModel {
     pub(crate) std_devs: Vec<f64>,
     /// Wᵀ: one row per body shape coefficient and a last one for the constant, one column per φ.
     pub(crate) regression: Matrix,
+    /// Like `regression`, for how far the garment's anchors lie from those of the body (m); not in the paper.
+    pub(crate) offset_regression: Matrix,
     pub(crate) total_variance: f64,
 }
 
@@ -54,9 +57,17 @@ impl ShapeModel {
         let coefficients: Vec<Vec<f64>> = rows.iter().map(|row| pca.project(row)).collect();
         let bodies: Vec<&[f64]> = samples.iter().map(|sample| sample.shape.as_slice()).collect();
         let regression = regress(&bodies, options.body_count, &Matrix::from_rows(&coefficients), options.ridge)?;
+        let offset_regression = regress(&bodies, options.body_count, &anchor_offsets(garment, samples), options.ridge)?;
         let basis = QuantisedBasis::from_f32(&pca.basis, pca.count(), pca.dimensions())
             .map_err(GarmentError::solve("basis of shapes"))?;
-        Ok(Self { mean: pca.mean, basis, std_devs: pca.std_devs, regression, total_variance: pca.total_variance })
+        Ok(Self {
+            mean: pca.mean,
+            basis,
+            std_devs: pca.std_devs,
+            regression,
+            offset_regression,
+            total_variance: pca.total_variance,
+        })
     }
 
     /// Number of garment shape coefficients φ.
@@ -84,6 +95,12 @@ impl ShapeModel {
         apply_regression(&self.regression, shape)
     }
 
+    /// How far (m) the garment's anchors lie from those of the body, in the template pose.
+    pub fn predict_offset(&self, shape: &[f64]) -> Vec3 {
+        let offset = apply_regression(&self.offset_regression, shape);
+        Vec3::new(offset[0], offset[1], offset[2])
+    }
+
     /// D of each face for given φ.
     pub fn gradients(&self, garment_shape: &[f64]) -> Vec<Mat3> {
         let mut row = vec![0.0; self.mean.len()];
@@ -97,6 +114,12 @@ pub(crate) fn shape_gradients(garment: &Garment, samples: &[ShapeSample]) -> Vec
     let gradients =
         |sample: &ShapeSample| deformation_gradients(&garment.topology, &garment.template, &sample.vertices);
     samples.iter().map(|sample| flatten(&gradients(sample))).collect()
+}
+
+/// How far the anchors of every sample lie from those of its body (m), one row each.
+pub(crate) fn anchor_offsets(garment: &Garment, samples: &[ShapeSample]) -> Matrix {
+    let offset = |sample: &ShapeSample| offset(&garment.anchors, &sample.vertices, &sample.body_anchors);
+    Matrix::from_rows(&samples.iter().map(|sample| offset(sample).to_array().to_vec()).collect::<Vec<_>>())
 }
 
 /// Ridge regression of `targets` on the first `body_count` numbers of β; the constant is not penalised.

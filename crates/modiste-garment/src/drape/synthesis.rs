@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use modiste_body::Pose;
+use modiste_body::{Part, Pose};
 use modiste_core::{Mat3, Vec3};
 
 use super::dynamics::DynamicsState;
@@ -29,6 +29,9 @@ pub struct Synthesis {
     model: Arc<DrapeModel>,
     kind: Wrinkles,
     shape_deformations: Vec<Mat3>,
+    /// How far (m) the anchors lie from those of the body, seen from the part that they follow.
+    offset: Vec3,
+    anchor_part: Part,
     state: DynamicsState,
     wrinkles: Vec<f32>,
     gradients: Vec<Mat3>,
@@ -52,6 +55,8 @@ impl Synthesis {
         let shape_deformations = model.shape.gradients(&model.shape.predict(shape));
         Ok(Self {
             kind: Wrinkles::default(),
+            offset: model.shape.predict_offset(shape),
+            anchor_part: model.garment.anchor_part(),
             state: model.dynamics.start(),
             wrinkles: vec![0.0; model.wrinkle.mean.len()],
             gradients: vec![Mat3::IDENTITY; shape_deformations.len()],
@@ -103,7 +108,8 @@ impl Synthesis {
         let parts = &model.garment.face_parts;
         compose_all(frame, pose, parts, &self.shape_deformations, &self.wrinkles, &mut self.gradients);
         model.reconstruction.reconstruct(&self.gradients, &mut self.vertices);
-        let shift = translation(&model.garment.anchors, &self.vertices, body);
+        let offset = pose.world_rotations()[self.anchor_part.index()] * self.offset;
+        let shift = translation(&model.garment.anchors, &self.vertices, body) + offset;
         for vertex in &mut self.vertices {
             *vertex += shift;
         }
@@ -130,6 +136,8 @@ impl Projection {
         let basis = model.wrinkle.basis.to_f32();
         let synthesis = Synthesis {
             kind: Wrinkles::default(),
+            offset: model.shape.predict_offset(&[]),
+            anchor_part: model.garment.anchor_part(),
             state: model.dynamics.start(),
             wrinkles: vec![0.0; model.wrinkle.mean.len()],
             gradients: shape_deformations.clone(),

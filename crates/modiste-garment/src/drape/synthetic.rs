@@ -123,8 +123,12 @@ pub(crate) fn training_set() -> TrainingSet {
 pub(crate) fn training_set_of(garment: Garment) -> TrainingSet {
     let mut rng = seeded_rng(11);
     let mut draw = || (0..5).map(|_| normal(&mut rng)).collect::<Vec<f64>>();
-    let shapes =
-        (0..12).map(|_| draw()).map(|shape| ShapeSample { vertices: shaped(&garment, &shape), shape }).collect();
+    let sample = |shape: Vec<f64>| ShapeSample {
+        vertices: shaped(&garment, &shape),
+        body_anchors: anchor_body(&Pose::template(Vec3::ZERO)),
+        shape,
+    };
+    let shapes = (0..12).map(|_| sample(draw())).collect();
     let sequences = (0..5).map(|seed| sequence(&garment, &format!("motion-{seed}"), motion(seed, 80))).collect();
     TrainingSet { garment, shapes, sequences, seed: 7, sources: vec![("pattern.json".into(), "abc".into())] }
 }

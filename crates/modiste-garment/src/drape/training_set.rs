@@ -35,6 +35,8 @@ pub struct ShapeSample {
     pub shape: Vec<f64>,
     /// Garment vertices (m).
     pub vertices: Vec<Vec3>,
+    /// Where the body vertices of the garment's anchors are (m).
+    pub body_anchors: Vec<Vec3>,
 }
 
 /// The garment on the mean body through one motion, a run of elements of P.
@@ -96,6 +98,19 @@ impl Garment {
         Ok(())
     }
 
+    /// The part that most faces at the anchors follow.
+    pub fn anchor_part(&self) -> Part {
+        let mut counts = [0; Part::COUNT];
+        for [vertex, _] in &self.anchors {
+            for &face in self.topology.vertex_faces(*vertex as usize) {
+                counts[self.face_parts[face as usize].index()] += 1;
+            }
+        }
+        Part::ALL.into_iter().fold(Part::Pelvis, |most, part| {
+            if counts[part.index()] > counts[most.index()] { part } else { most }
+        })
+    }
+
     /// The largest body vertex that an anchor names.
     pub fn largest_body_vertex(&self) -> u32 {
         self.anchors.iter().map(|&[_, body]| body).max().unwrap_or(0)
@@ -122,6 +137,10 @@ impl TrainingSet {
         let body_dimensions = self.shapes.first().map_or(0, |sample| sample.shape.len());
         for (index, sample) in self.shapes.iter().enumerate() {
             check(&|| format!("shape {index}"), &sample.vertices)?;
+            if sample.body_anchors.len() != self.garment.anchors.len() {
+                let wanted = format!("{} points", self.garment.anchors.len());
+                return Err(GarmentError::data(format!("anchors of shape {index}"), wanted, sample.body_anchors.len()));
+            }
             if sample.shape.len() != body_dimensions || sample.shape.iter().any(|value| !value.is_finite()) {
                 let wanted = format!("{body_dimensions} finite numbers");
                 return Err(GarmentError::data(format!("β of shape {index}"), wanted, format!("{:?}", sample.shape)));
