@@ -125,7 +125,7 @@ pub(crate) fn training_set_of(garment: Garment) -> TrainingSet {
     let mut draw = || (0..5).map(|_| normal(&mut rng)).collect::<Vec<f64>>();
     let sample = |shape: Vec<f64>| ShapeSample {
         vertices: shaped(&garment, &shape),
-        body_anchors: anchor_body(&Pose::template(Vec3::ZERO)),
+        body_anchors: anchor_body(&Pose::template(PELVIS * Vec3::Y)),
         shape,
     };
     let shapes = (0..12).map(|_| sample(draw())).collect();

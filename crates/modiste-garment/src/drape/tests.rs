@@ -216,6 +216,8 @@ fn a_training_set_is_read_back_from_its_folder() {
     let beta: Vec<f32> = set.shapes.iter().flat_map(|sample| sample.shape.iter().map(|&b| b as f32)).collect();
     let mut writer = modiste_io::npz::Writer::new();
     writer.add_f32("vertices", &[shapes, garment.template.len(), 3], flat(&meshes)).add_f32("beta", &[shapes, 5], beta);
+    let anchors: Vec<Vec<Vec3>> = set.shapes.iter().map(|sample| sample.body_anchors.clone()).collect();
+    writer.add_f32("body_anchors", &[shapes, garment.anchors.len(), 3], flat(&anchors));
     writer.save(path("shapes.npz")).unwrap();
     let example = &set.sequences[0];
     let rotations: Vec<Vec<Vec3>> = example.motion.frames.iter().map(|pose| pose.rotations.to_vec()).collect();
@@ -229,6 +231,7 @@ fn a_training_set_is_read_back_from_its_folder() {
     let read = TrainingSet::load(folder.path()).unwrap();
     assert_eq!((read.shapes.len(), read.sequences.len(), read.seed), (12, 1, 7));
     assert_eq!(read.garment.face_parts, garment.face_parts);
+    assert!(mean_distance(&read.shapes[3].body_anchors, &set.shapes[3].body_anchors) < 1e-6);
     assert_eq!(read.garment.topology, garment.topology);
     assert_eq!(read.sources, set.sources);
     assert!(mean_distance(&read.sequences[0].frames[33], &example.frames[33]) < 1e-6);

@@ -106,9 +106,12 @@ impl Garment {
                 counts[self.face_parts[face as usize].index()] += 1;
             }
         }
-        Part::ALL.into_iter().fold(Part::Pelvis, |most, part| {
-            if counts[part.index()] > counts[most.index()] { part } else { most }
-        })
+        Part::ALL.into_iter().fold(
+            Part::Pelvis,
+            |most, part| {
+                if counts[part.index()] > counts[most.index()] { part } else { most }
+            },
+        )
     }
 
     /// The largest body vertex that an anchor names.
