@@ -65,10 +65,19 @@ pub struct Report {
     pub machine: Machine,
     /// Vertices inside the body, before and after the fit.
     pub penetration: Vec<GarmentFit>,
-    /// Largest distance (mm) of a vertex in the scene file from that in the arrays: the scene is compressed.
-    pub scene_error_mm: f64,
+    /// How far vertices in the scene file lie from those in the arrays: the scene is compressed.
+    pub scene_error_mm: SceneAccuracy,
     /// What the user should know.
     pub warnings: Vec<String>,
+}
+
+/// Distances (mm) between two versions of the same frames, over the worst of the meshes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SceneAccuracy {
+    /// Root mean square over vertices and frames.
+    pub rms: f64,
+    /// The largest.
+    pub largest: f64,
 }
 
 /// Time per frame (ms).
@@ -115,7 +124,7 @@ fn fill(animation: &Animation, subject: Subject, warnings: Vec<String>, folder: 
 }
 
 /// What is known of an animation once its scene is written.
-pub fn report(animation: &Animation, subject: Subject, warnings: Vec<String>, scene_error_mm: f64) -> Report {
+pub fn report(animation: &Animation, subject: Subject, warnings: Vec<String>, scene_error_mm: SceneAccuracy) -> Report {
     let timing = &animation.timing;
     let times = || {
         Some(Times {
@@ -138,8 +147,8 @@ pub fn report(animation: &Animation, subject: Subject, warnings: Vec<String>, sc
     }
 }
 
-/// Writes the animated GLB; gives the largest distance (mm) of a vertex from where it should be.
-fn write_scene(animation: &Animation, path: &Path) -> Result<f64, SceneError> {
+/// Writes the animated GLB; tells how far its vertices are from where they should be.
+fn write_scene(animation: &Animation, path: &Path) -> Result<SceneAccuracy, SceneError> {
     let meshes: Vec<glb::AnimatedMesh<'_>> = animation
         .tracks
         .iter()
@@ -157,7 +166,8 @@ fn write_scene(animation: &Animation, path: &Path) -> Result<f64, SceneError> {
         })
         .collect();
     let summary = glb::write_animation(path, animation.fps, &meshes)?;
-    Ok(1e3 * summary.meshes.iter().map(|mesh| mesh.max_error).fold(0.0, f64::max))
+    let worst = |error: fn(&glb::MeshSummary) -> f64| 1e3 * summary.meshes.iter().map(error).fold(0.0, f64::max);
+    Ok(SceneAccuracy { rms: worst(|mesh| mesh.rms_error), largest: worst(|mesh| mesh.max_error) })
 }
 
 /// Writes `body`, `body_faces`, `<garment>`, `<garment>_faces` and `fps`.
@@ -233,13 +243,13 @@ mod tests {
 
         let read: super::Report = modiste_io::json::read(root.path().join("out").join(file_names::REPORT)).unwrap();
         // Printed numbers may differ in the last bit when they are read again.
-        assert!((read.scene_error_mm - report.scene_error_mm).abs() < 1e-12);
+        assert!((read.scene_error_mm.largest - report.scene_error_mm.largest).abs() < 1e-12);
         assert_eq!(super::Report { scene_error_mm: report.scene_error_mm, ..read }, report);
         assert_eq!((report.frames, &report.warnings), (10, &warnings));
         let times = report.milliseconds_per_frame.unwrap();
         assert!((times.body.median - 6.0).abs() < 1e-9 && (times.total.median - 11.0).abs() < 1e-9);
         // A rolling ball only moves as a whole, which the scene stores without loss.
-        assert!(report.scene_error_mm < 0.01, "{}", report.scene_error_mm);
+        assert!(report.scene_error_mm.largest < 0.01, "{:?}", report.scene_error_mm);
 
         let sheet = png::read(root.path().join("out").join(file_names::CONTACT_SHEET)).unwrap();
         let red = sheet.rgb.chunks_exact(3).filter(|pixel| pixel[0] > pixel[1].saturating_add(60)).count();

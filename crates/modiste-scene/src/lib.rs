@@ -10,7 +10,7 @@ mod timing;
 
 pub use animation::{Animation, GarmentFit, Penetration, Track};
 pub use error::SceneError;
-pub use export::{Report, Subject, Times, file_names, report, write_results};
+pub use export::{Report, SceneAccuracy, Subject, Times, file_names, report, write_results};
 pub use machine::Machine;
 pub use person::Person;
 pub use timing::{Stage, Summary, Timing};
