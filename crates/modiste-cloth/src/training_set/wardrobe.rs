@@ -242,3 +242,50 @@ pub(super) fn rotations(motion: &Motion) -> Vec<f32> {
     let parts = motion.frames.iter().flat_map(|pose| pose.rotations[..Part::COUNT].iter());
     parts.flat_map(|rotation| rotation.as_vec3().to_array()).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{LEAD_IN_FRAMES, Simulation};
+    use crate::training_set::TrainingError;
+    use modiste_body::{Motion, Pose};
+    use modiste_core::Vec3;
+
+    /// A simulation whose frames bear their numbers.
+    fn simulation(count: usize) -> Simulation {
+        let number = |frame: usize| Vec3::new(frame as f64, 0.0, 0.0);
+        Simulation {
+            motion: Motion { fps: 30.0, frames: (0..count).map(|frame| Pose::template(number(frame))).collect() },
+            lead_in: LEAD_IN_FRAMES,
+            frames: (0..count).map(|frame| vec![number(frame)]).collect(),
+            stretch: vec![0.05; count],
+            inside: vec![0; count],
+        }
+    }
+
+    #[test]
+    fn the_longest_sound_run_is_kept_with_its_poses_and_its_part_of_the_lead_in() {
+        let mut run = simulation(100);
+        assert_eq!(run.soundest().unwrap().frames.len(), 100);
+        run.stretch[90] = 0.1;
+        let kept = run.soundest().unwrap();
+        assert_eq!((kept.frames.len(), kept.lead_in), (90, LEAD_IN_FRAMES));
+        run.inside[9] = 1;
+        let kept = run.soundest().unwrap();
+        assert_eq!((kept.frames.len(), kept.lead_in), (80, LEAD_IN_FRAMES - 10));
+        assert!((kept.frames[0][0].x - 10.0).abs() < 1e-12);
+        assert!((kept.motion.frames[0].root_translation.x - 10.0).abs() < 1e-12);
+        assert_eq!((kept.stretch.len(), kept.inside.len()), (80, 80));
+        run.inside[40] = 2;
+        let kept = run.soundest().unwrap();
+        assert_eq!((kept.frames.len(), kept.lead_in), (49, 0));
+    }
+
+    #[test]
+    fn a_run_that_is_hardly_longer_than_the_lead_in_is_refused() {
+        let mut run = simulation(60);
+        run.stretch[LEAD_IN_FRAMES + 5..].fill(0.2);
+        assert!(matches!(run.soundest(), Err(TrainingError::Unsound { frames: 5, .. })));
+        run.stretch.fill(0.2);
+        assert!(matches!(run.soundest(), Err(TrainingError::Unsound { frames: 0, .. })));
+    }
+}

@@ -18,7 +18,7 @@ pub fn offset(anchors: &[[u32; 2]], garment: &[Vec3], places: &[Vec3]) -> Vec3 {
 
 #[cfg(test)]
 mod tests {
-    use super::translation;
+    use super::{offset, translation};
     use modiste_core::Vec3;
 
     #[test]
@@ -33,5 +33,16 @@ mod tests {
         for step in [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, -Vec3::Y, -Vec3::Z] {
             assert!(cost(best + 1e-3 * step) > cost(best));
         }
+    }
+
+    #[test]
+    fn a_translation_leaves_no_offset() {
+        let garment = [Vec3::new(0.0, 1.0, 0.0), Vec3::new(1.0, 1.0, 0.5)];
+        let body = [Vec3::new(3.0, 1.0, 0.0), Vec3::new(4.2, 1.1, 0.4)];
+        let anchors = [[0, 0], [1, 1]];
+        let shift = translation(&anchors, &garment, &body);
+        assert!((offset(&anchors, &garment, &body) + shift).length() < 1e-12);
+        let moved = garment.map(|vertex| vertex + shift);
+        assert!(offset(&anchors, &moved, &body).length() < 1e-12);
     }
 }
