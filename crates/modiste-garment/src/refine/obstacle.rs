@@ -7,6 +7,9 @@ use modiste_core::{SurfacePoint, Topology, TriangleBvh, Vec3};
 
 use super::exposure::{Exposure, just_above};
 
+/// Out of a standing body the way is shortest sideways; along no axis, so that rays seldom meet edges.
+const SIDEWAYS: Vec3 = Vec3::new(0.8137, 0.0731, 0.5767);
+
 /// Barycentric coordinates below this count as zero when the feature of a closest point is told.
 const ON_FEATURE: f64 = 1e-9;
 /// How far beside the boundary of an open surface a point still counts as above or below it (m).
@@ -200,9 +203,12 @@ impl Obstacle {
         self.exposure.as_ref().is_none_or(|exposure| corners.iter().any(|&corner| exposure.is_vertex_exposed(corner)))
     }
 
-    /// Whether a point is inside the closed surface, by its winding number.
+    /// Whether a point is inside the closed surface: whether it goes around the point.
     pub(crate) fn is_inside(&self, point: Vec3) -> bool {
-        self.tree.winding_number(&self.vertices, point) > 0.5
+        match self.tree.crossing_number(&self.vertices, point, SIDEWAYS) {
+            Some(count) => count > 0,
+            None => self.tree.winding_number(&self.vertices, point) > 0.5,
+        }
     }
 
     /// Whether one can go straight from a point to a corner of a near face that is exposed, with nothing between: then
