@@ -18,11 +18,47 @@ pub struct RayHit {
     pub distance: f64,
 }
 
+/// Points nearer than this to an edge, as a share of the triangle's size, do not count as a clear crossing.
+const CLEAR: f64 = 1e-9;
+
 impl TriangleBvh {
     /// The first face, from either side, that `origin + t direction` meets with `0 <= t <= max_distance`.
     pub fn ray_hit(&self, x: &[Vec3], origin: Vec3, direction: Vec3, max_distance: f64) -> Option<RayHit> {
         let mut best: Option<RayHit> = None;
-        let mut reach = max_distance;
+        self.along_ray(origin, direction, max_distance, |index, reach| {
+            match line_triangle(origin, direction, self.triangle(index, x)) {
+                Some((t, barycentric)) if t >= 0.0 && t <= reach => {
+                    let point = origin + t * direction;
+                    best = Some(RayHit { face: self.faces[index], barycentric, point, distance: t });
+                    t
+                }
+                _ => reach,
+            }
+        });
+        best
+    }
+
+    /// How often a closed surface goes around `p`: crossings outward less crossings inward of the ray from `p` along
+    /// `direction`. `None` where the ray passes through an edge or `p` lies on the surface.
+    ///
+    /// The same number as [`winding_number`](Self::winding_number), several times faster, but nothing near holes.
+    pub fn crossing_number(&self, x: &[Vec3], p: Vec3, direction: Vec3) -> Option<i32> {
+        let (mut sum, mut is_clear) = (0, true);
+        self.along_ray(p, direction, f64::INFINITY, |index, reach| {
+            let triangle = self.triangle(index, x);
+            let Some((t, barycentric)) = line_triangle(p, direction, triangle) else { return reach };
+            if t >= -CLEAR {
+                is_clear &= t > CLEAR && barycentric.into_iter().all(|share| share > CLEAR);
+                sum += if double_area_vector(triangle).dot(direction) > 0.0 { 1 } else { -1 };
+            }
+            if is_clear { reach } else { STOP }
+        });
+        is_clear.then_some(sum)
+    }
+
+    /// Calls `visit` for the places of faces whose boxes the ray meets within its reach, which `visit` returns anew.
+    #[inline(always)]
+    fn along_ray(&self, origin: Vec3, direction: Vec3, mut reach: f64, mut visit: impl FnMut(usize, f64) -> f64) {
         let inverse = direction.recip();
         let rounding = self.rounding(origin);
         let mut stack = [0u32; STACK];
@@ -42,70 +78,17 @@ impl TriangleBvh {
                     }
                     ChildKind::Leaf(first, count) => {
                         for index in first..first + count {
-                            let Some((t, barycentric)) = line_triangle(origin, direction, self.triangle(index, x))
-                            else {
-                                continue;
-                            };
-                            if t >= 0.0 && t <= reach {
-                                reach = t;
-                                let point = origin + t * direction;
-                                best = Some(RayHit { face: self.faces[index], barycentric, point, distance: t });
-                            }
+                            reach = visit(index, reach);
                         }
                     }
                 }
             }
         }
-        best
     }
 }
 
-/// Points nearer than this to an edge, as a share of the triangle's size, do not count as a clear crossing.
-const CLEAR: f64 = 1e-9;
-
-impl TriangleBvh {
-    /// How often a closed surface goes around `p`: crossings outward less crossings inward of the ray from `p` along
-    /// `direction`. `None` where the ray passes through an edge or `p` lies on the surface.
-    ///
-    /// The same number as [`winding_number`](Self::winding_number), several times faster, but nothing near holes.
-    pub fn crossing_number(&self, x: &[Vec3], p: Vec3, direction: Vec3) -> Option<i32> {
-        let inverse = direction.recip();
-        let rounding = self.rounding(p);
-        let mut sum = 0;
-        let mut stack = [0u32; STACK];
-        let mut depth = 1;
-        while depth > 0 {
-            depth -= 1;
-            let node = &self.nodes[stack[depth] as usize];
-            for slot in 0..WIDTH {
-                if !meets_box(node, slot, p, inverse, rounding, f64::INFINITY) {
-                    continue;
-                }
-                match node.children[slot].kind() {
-                    ChildKind::Empty => {}
-                    ChildKind::Node(child) => {
-                        stack[depth] = child as u32;
-                        depth += 1;
-                    }
-                    ChildKind::Leaf(first, count) => {
-                        for index in first..first + count {
-                            let triangle = self.triangle(index, x);
-                            let Some((t, barycentric)) = line_triangle(p, direction, triangle) else { continue };
-                            if t < -CLEAR {
-                                continue;
-                            }
-                            if t < CLEAR || barycentric.into_iter().any(|share| share < CLEAR) {
-                                return None;
-                            }
-                            sum += if double_area_vector(triangle).dot(direction) > 0.0 { 1 } else { -1 };
-                        }
-                    }
-                }
-            }
-        }
-        Some(sum)
-    }
-}
+/// A reach in which nothing is met.
+const STOP: f64 = -1.0;
 
 /// Slab test.
 fn meets_box(node: &Node, slot: usize, origin: Vec3, inverse: Vec3, rounding: f64, reach: f64) -> bool {
