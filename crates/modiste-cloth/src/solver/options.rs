@@ -30,7 +30,7 @@ pub struct SolverOptions {
     pub max_speed: f64,
     /// The linear solve stops where the root mean square of what it leaves out, as an acceleration, is below this (m/s²).
     ///
-    /// It weighs each residual force by what it moves, its neighbours held: the energy norm of the block diagonal.
+    /// It weighs each residual force by what one Gauss-Seidel sweep there and back moves.
     pub tolerance: f64,
     /// Conjugate-gradient iterations in a substep, at most.
     pub max_iterations: usize,
@@ -39,7 +39,7 @@ pub struct SolverOptions {
 impl Default for SolverOptions {
     fn default() -> Self {
         Self {
-            substeps: 20,
+            substeps: 8,
             gravity: [0.0, -9.81, 0.0],
             thickness: 0.002,
             contact_stiffness: 1.0e6,
@@ -50,7 +50,7 @@ impl Default for SolverOptions {
             self_contact: false,
             self_thickness: 0.002,
             max_speed: 20.0,
-            tolerance: 0.3,
+            tolerance: 1.0,
             max_iterations: 60,
         }
     }

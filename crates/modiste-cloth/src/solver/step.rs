@@ -125,7 +125,7 @@ impl Solver {
         let all = || (0u32..).take(cloth.face_count()).collect();
         let tree = self.tree.get_or_insert_with(|| FaceTree::new(cloth.faces(), all(), &state.positions));
         tree.refit(cloth.faces(), &state.positions);
-        self.bumps.search(body, cloth, tree, &state.positions);
+        self.bumps.search(body, model.collision_groups(), cloth, (tree, &state.positions));
         if self.options.self_contact {
             self.layers.search(cloth, tree, moving, self.options.self_thickness, dt);
         }
@@ -173,12 +173,11 @@ impl Solver {
         self.add_inertia(model, &state.velocities, h, &mut matrix);
         self.add_elasticity(model, predicted, h, &mut matrix);
         self.add_holds(model, predicted, body, &mut matrix);
-        self.add_body_contact(model, (predicted, fall), body, &mut matrix);
+        self.add_body_contact(model, (predicted, fall), body, h, &mut matrix);
         self.add_self_contact(model, predicted, &mut matrix);
         for ((right, force), free) in self.right.iter_mut().zip(&self.forces).zip(&self.free) {
             *right = if *free { force.as_vec3a() } else { Vec3A::ZERO };
         }
-        self.change.fill(Vec3A::ZERO);
         // The residual as an acceleration: between that of a free vertex and that of one held by its neighbours.
         let acceleration = self.options.tolerance * h;
         let target = acceleration * acceleration * model.masses().iter().sum::<f64>();
@@ -188,19 +187,20 @@ impl Solver {
         report.unconverged += usize::from(!outcome.converged);
         self.matrix = Some((bend_scale, matrix));
         self.advance(state, h, report);
-        let law = self.contact_law();
+        let law = self.contact_law(model, h);
         let moving = (&mut state.positions[..], &mut state.velocities[..]);
         self.contacts.finish(body, &law, model.areas(), &self.start, moving, h);
         report.projected += self.contacts.projected;
         report.deepest = report.deepest.max(self.contacts.deepest);
     }
 
-    fn contact_law(&self) -> ContactLaw {
+    fn contact_law(&self, model: &ClothModel, h: f64) -> ContactLaw {
         ContactLaw {
             thickness: self.options.thickness,
             stiffness: self.options.contact_stiffness,
             static_friction: self.options.static_friction,
             sliding_friction: self.options.friction,
+            mobility: h * h / model.fabric().density,
         }
     }
 
@@ -275,9 +275,10 @@ impl Solver {
         model: &ClothModel,
         (x, fall): (&[Vec3], Vec3),
         body: &BodyCollider,
+        h: f64,
         matrix: &mut SystemMatrix,
     ) {
-        let law = self.contact_law();
+        let law = self.contact_law(model, h);
         for vertex in 0..x.len() {
             let path = (self.start[vertex], x[vertex], fall);
             for contact in self.contacts.force(vertex, body, &law, model.areas()[vertex], path).into_iter().flatten() {
