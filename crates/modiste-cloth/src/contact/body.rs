@@ -11,6 +11,10 @@ const REACH: f64 = 0.3;
 /// Surfaces farther away than this (m) are not refreshed in every substep.
 const REFRESH: f64 = 0.007;
 
+/// Vertices that stay farther away than this (m) within the frame look for another nearest place every [`FAR_PERIOD`] frames only.
+const FAR: f64 = 0.02;
+const FAR_PERIOD: usize = 4;
+
 /// A vertex nearer to its surface than this (m) does not go over to one that faces the other way.
 const LOYALTY: f64 = 0.03;
 
@@ -33,6 +37,8 @@ const PINCH_SHARE: f64 = 0.15;
 #[derive(Debug, Clone, Default)]
 pub(crate) struct BodyContacts {
     contacts: Vec<Contact>,
+    /// Frames so far.
+    frame: usize,
     /// Vertices that the projections of the last substep moved.
     pub(crate) projected: usize,
     /// Deepest distance below the surface that they found (m).
@@ -60,14 +66,18 @@ impl BodyContacts {
         dt: f64,
     ) {
         self.contacts.resize(x.len(), Contact::default());
+        self.frame += 1;
         for (vertex, contact) in self.contacts.iter_mut().enumerate() {
             let home = groups.map_or(EVERYWHERE, |groups| groups.home(vertex));
+            let motion = v[vertex].length() * dt + body.frame_motion();
+            let is_due = (vertex + self.frame).is_multiple_of(FAR_PERIOD);
+            let far = if is_due { f64::INFINITY } else { FAR + motion };
             let own = match contact.own {
-                Some(known) => Some(follow(body, &known, x[vertex], home)),
+                Some(known) => Some(follow(body, &known, x[vertex], home, far)),
                 None => body.search(x[vertex], REACH, home, None).map(|touch| Surface::new(body, &touch)),
             };
             let allowed = groups.map_or(EVERYWHERE, |groups| groups.allowed(vertex));
-            let motion = (v[vertex].length() * dt + body.frame_motion()).min(OPPOSITE_MOTION);
+            let motion = motion.min(OPPOSITE_MOTION);
             let opposite = own.and_then(|own| {
                 let normal = own.world_normal(body);
                 let touch = body.search(x[vertex], OPPOSITE_REACH + motion, allowed, Some(normal))?;
@@ -109,13 +119,15 @@ impl BodyContacts {
             }
         }
         contact.thickness = thickness;
-        let law = ContactLaw { thickness, ..*law };
-        let on = |surface: &Option<Surface>, plane: &mut Option<Plane>| {
+        let own_law = ContactLaw { thickness, ..*law };
+        // The other limb has cloth of its own between: it presses, but does not drag.
+        let opposite_law = ContactLaw { static_friction: 0.0, sliding_friction: 0.0, ..own_law };
+        let on = |surface: &Option<Surface>, plane: &mut Option<Plane>, law: &ContactLaw| {
             let (surface, plane) = (surface.as_ref()?, plane.as_mut()?);
-            surface.force(plane, &law, area, (start, predicted, fall))
+            surface.force(plane, law, area, (start, predicted, fall))
         };
         let [first, second] = &mut contact.planes;
-        [on(&contact.own, first), on(&contact.opposite, second)]
+        [on(&contact.own, first, &own_law), on(&contact.opposite, second, &opposite_law)]
     }
 
     /// Takes the outcome of a substep: remembers repulsion and friction, and moves vertices that are too close out.
@@ -177,9 +189,12 @@ impl BodyContacts {
 }
 
 /// Where the surface of `known` is now seen from `x`: near by, or anywhere on the limbs of `home` if that is closer and
-/// faces the same way.
-fn follow(body: &BodyCollider, known: &Surface, x: Vec3, home: u8) -> Surface {
+/// faces the same way. Beyond `far` (m) near by is enough.
+fn follow(body: &BodyCollider, known: &Surface, x: Vec3, home: u8, far: f64) -> Surface {
     let near = body.walk(x, known.point.face);
+    if near.distance > far {
+        return known.moved_to(body, &near);
+    }
     let anywhere = body.search(x, near.distance.abs(), home, None);
     let better = |touch: &Touch| near.distance > LOYALTY || touch.normal.dot(near.normal) > 0.0;
     match anywhere.filter(better) {

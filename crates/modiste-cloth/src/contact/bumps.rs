@@ -1,6 +1,7 @@
 //! Sharp points of the body under the cloth: where the body is finer than the cloth, its vertices push the cloth's faces.
 
 use super::collider::BodyCollider;
+use super::groups::CollisionGroups;
 use super::tree::FaceTree;
 use modiste_core::{Topology, Vec3};
 
@@ -52,12 +53,21 @@ impl BumpContacts {
         Self { neighbours, covered: Vec::new() }
     }
 
-    /// Finds the faces of the cloth that lie over bumps, at the start of a frame. `tree` fits the cloth at `x`.
-    pub(crate) fn search(&mut self, body: &BodyCollider, cloth: &Topology, tree: &FaceTree, x: &[Vec3]) {
+    /// Finds the faces of the cloth that lie over bumps of their own limbs, at the start of a frame. `tree` fits the cloth at `x`.
+    pub(crate) fn search(
+        &mut self,
+        body: &BodyCollider,
+        groups: Option<&CollisionGroups>,
+        cloth: &Topology,
+        (tree, x): (&FaceTree, &[Vec3]),
+    ) {
         self.covered.clear();
-        for &bump in body.bumps() {
+        for &(bump, limb) in body.bumps() {
             let mut range = REACH;
-            if let Some((face, _)) = tree.closest(cloth.faces(), x, body.vertex(bump), None, &mut range) {
+            let Some((face, _)) = tree.closest(cloth.faces(), x, body.vertex(bump), None, &mut range) else { continue };
+            // Fingers at the seam of the trousers must not hook into them.
+            let covers = |vertex: &u32| groups.is_none_or(|groups| groups.home(*vertex as usize) & limb != 0);
+            if cloth.faces()[face as usize].iter().all(covers) {
                 self.covered.push((bump, face));
             }
         }

@@ -33,8 +33,8 @@ pub struct BodyCollider {
     before: Vec<Vec3>,
     frame_motion: f64,
     substep_motion: f64,
-    /// Vertices at sharp convex places.
-    bumps: Vec<u32>,
+    /// Vertices at sharp convex places, with their limbs.
+    bumps: Vec<(u32, u8)>,
 }
 
 impl BodyCollider {
@@ -46,7 +46,7 @@ impl BodyCollider {
         check_count("body vertices", topology.vertex_count(), start.len())?;
         let all = (0u32..).take(topology.face_count()).collect();
         let tree = FaceTree::new(topology.faces(), all, start);
-        let bumps = find_bumps(&topology, start);
+        let bumps = find_bumps(&topology, start).into_iter().map(|vertex| (vertex, EVERYWHERE)).collect();
         Ok(Self {
             trees: vec![(EVERYWHERE, tree)],
             start: start.to_vec(),
@@ -92,6 +92,10 @@ impl BodyCollider {
                 (bit, FaceTree::new(self.topology.faces(), faces.collect(), &self.start))
             })
             .collect();
+        for (vertex, limb) in &mut self.bumps {
+            let around = self.topology.vertex_faces(*vertex as usize);
+            *limb = around.iter().fold(0, |mask, face| mask | limbs[*face as usize]);
+        }
         Ok(())
     }
 
@@ -164,8 +168,8 @@ impl BodyCollider {
         self.now.copy_from_slice(&self.start);
     }
 
-    /// Vertices at sharp convex places.
-    pub(crate) fn bumps(&self) -> &[u32] {
+    /// Vertices at sharp convex places, with the limbs that they are on.
+    pub(crate) fn bumps(&self) -> &[(u32, u8)] {
         &self.bumps
     }
 

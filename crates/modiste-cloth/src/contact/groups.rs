@@ -57,6 +57,22 @@ impl CollisionGroups {
         self.allowed[vertex] |= self.home[vertex];
     }
 
+    /// Lets the limb of `part` press on a vertex that does not lie on it.
+    pub fn press(&mut self, vertex: usize, part: Part) {
+        self.allowed[vertex] |= 1 << limb(part);
+    }
+
+    /// Whether a vertex lies on the twin of the limb of `part`, and not on the trunk that joins them.
+    pub fn is_of_twin(&self, vertex: usize, part: Part) -> bool {
+        let twin = match limb(part) {
+            0 => return false,
+            limb @ (1 | 3) => limb + 1,
+            limb => limb - 1,
+        };
+        let home = self.home[vertex];
+        home & (1 << twin) != 0 && home & (1 << limb(Part::Pelvis)) == 0
+    }
+
     /// Bit set of the limbs (trunk, left arm, right arm, left leg, right leg) that a vertex lies on.
     pub fn home(&self, vertex: usize) -> u8 {
         self.home[vertex]
@@ -83,5 +99,9 @@ mod tests {
         groups.add(3, Part::LeftThigh);
         assert_eq!([0, 1, 2, 3].map(|v| groups.home(v)), [0b11, 0b01, 0b11, 0b1010]);
         assert_eq!([0, 1, 2, 3].map(|v| groups.allowed(v)), [0b11, 0b01, 0b11, 0b1010]);
+        assert!(groups.is_of_twin(3, Part::RightShin) && !groups.is_of_twin(3, Part::LeftShin));
+        assert!(!groups.is_of_twin(0, Part::RightHand) && !groups.is_of_twin(3, Part::Chest));
+        groups.press(3, Part::RightShin);
+        assert_eq!((groups.home(3), groups.allowed(3)), (0b1010, 0b11010));
     }
 }

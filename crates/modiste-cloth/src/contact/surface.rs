@@ -15,6 +15,8 @@ pub(crate) struct ContactLaw {
     pub(crate) static_friction: f64,
     /// Coulomb coefficient of cloth that slides.
     pub(crate) sliding_friction: f64,
+    /// How far a pressure moves free cloth within a substep (m/Pa): its length squared over the mass per area.
+    pub(crate) mobility: f64,
 }
 
 /// Share of the thickness below which a vertex is moved out at once.
@@ -144,9 +146,18 @@ impl Surface {
         let hold = STICK_SHARE * stiffness;
         let limit = friction * self.force;
         let length = stick.length();
-        let hold = if hold * length > limit { limit / length } else { hold };
-        let force = plane.normal * repulsion - stick * hold;
-        Some(ContactForce { force, block: contact_block(plane.normal, stiffness, hold) })
+        if hold * length <= limit {
+            let force = plane.normal * repulsion - stick * hold;
+            return Some(ContactForce { force, block: contact_block(plane.normal, stiffness, hold) });
+        }
+        // Sliding friction turns with the way but does not grow along it. Only cloth that friction would stop and turn
+        // back within the substep is held along its way too.
+        let along = stick / length;
+        let hold = limit / length;
+        let free = 1.0 - (limit / area * law.mobility / length).min(1.0);
+        let force = plane.normal * repulsion - along * limit;
+        let block = contact_block(plane.normal, stiffness, hold) - outer(along, hold * free);
+        Some(ContactForce { force, block })
     }
 
     /// Notes that vertex and body came closer by at most `motion` (m) while out of reach.
@@ -213,7 +224,12 @@ fn tangential(v: Vec3, normal: Vec3) -> Vec3 {
 
 #[expect(clippy::cast_possible_truncation, reason = "the inner solve runs in f32")]
 fn contact_block(normal: Vec3, repulsion: f64, hold: f64) -> Mat3A {
-    let n = normal.as_vec3a();
-    let outer = Mat3A::from_cols(n * n.x, n * n.y, n * n.z);
-    outer * (repulsion - hold) as f32 + Mat3A::IDENTITY * hold as f32
+    outer(normal, repulsion - hold) + Mat3A::from_diagonal(glam::Vec3::splat(hold as f32))
+}
+
+/// `scale v vᵀ`.
+#[expect(clippy::cast_possible_truncation, reason = "the inner solve runs in f32")]
+fn outer(v: Vec3, scale: f64) -> Mat3A {
+    let v = v.as_vec3a();
+    Mat3A::from_cols(v * v.x, v * v.y, v * v.z) * scale as f32
 }

@@ -191,24 +191,33 @@ impl Wardrobe {
 /// The limbs that each cloth vertex lies on: those of its faces' parts, those that it lies near, and the nearest.
 ///
 /// Cloth stays on the limbs that it covers and lets others pass, or the shirt would be clamped between a hanging arm and
-/// the trunk and torn when they part, and a hand that grazes the hip would be dressed in the shorts.
+/// the trunk and torn when they part, and a hand that grazes the hip would be dressed in the shorts. The cloth of one leg
+/// does not go over to the other: it would ride up as they pass each other.
 fn groups(tailor: &Tailor, body: &Mannequin, positions: &[Vec3]) -> CollisionGroups {
     let cut = tailor.cut();
     let mut groups = CollisionGroups::from_face_parts(cut.topology(), cut.face_parts());
+    groups.let_others_pass();
     for (vertex, x) in positions.iter().enumerate() {
         let mut nearest = (f64::INFINITY, Part::Pelvis);
+        let mut near = [false; Part::COUNT];
         for (v, &part) in body.vertices.iter().zip(&body.vertex_parts) {
             let squared = v.distance_squared(*x);
             if squared < nearest.0 {
                 nearest = (squared, part);
             }
             if squared < NEAR * NEAR {
+                near[part.index()] = true;
+            }
+        }
+        near[nearest.1.index()] = true;
+        for part in Part::ALL.into_iter().filter(|part| near[part.index()]) {
+            if groups.is_of_twin(vertex, part) {
+                groups.press(vertex, part);
+            } else {
                 groups.add(vertex, part);
             }
         }
-        groups.add(vertex, nearest.1);
     }
-    groups.let_others_pass();
     groups
 }
 

@@ -99,10 +99,10 @@ pub fn clamped_strip() -> Result<Comparison, ClothError> {
 /// # Errors
 /// What the solver refuses.
 pub fn cantilever(rigidity: f64) -> Result<Comparison, ClothError> {
-    let (density, cells, cell) = (0.2, 20, 0.005);
+    let (density, cells, cell) = (0.2, 40, 0.0025);
     let length = cells as f64 * cell;
     let fabric = plain_fabric(density, 2000.0, rigidity);
-    let mut sheet = Sheet::new(Vec2::new(0.03, length), [5, cells], &fabric)?;
+    let mut sheet = Sheet::new(Vec2::new(0.03, length), [10, cells], &fabric)?;
     sheet.model.pins = [sheet.row(0), sheet.row(1)].concat();
     let options = SolverOptions { gravity: [0.0, 0.0, -GRAVITY], ..static_options() };
     let mut solver = Solver::new(&sheet.model, options);
