@@ -34,14 +34,22 @@ const fn window(clip: &'static str, first: f64, seconds: f64) -> Window {
 }
 
 /// Captured motion to learn from.
-pub const TRAINING_CLIPS: [Window; 16] = [
+pub const TRAINING_CLIPS: [Window; 24] = [
     window("walk_02_01", 0.0, 2.8),
     window("walk_07_04", 0.0, 3.0),
+    window("walk_08_11", 0.0, 3.0),
     window("walk_16_58", 0.0, 3.0),
+    window("walk_32_02", 0.0, 3.6),
     window("turn_05_11", 0.0, 3.0),
+    window("turn_49_21", 2.0, 4.0),
+    window("dance_05_02", 1.0, 4.0),
     window("dance_05_04", 0.0, 3.0),
+    window("dance_05_17", 1.0, 4.0),
+    window("dance_49_09", 3.0, 4.0),
+    window("misc_02_05", 2.0, 4.0),
     window("stretcharms_49_18", 0.0, 3.0),
     window("run_02_03", 0.0, 1.4),
+    window("run_35_17", 0.0, 1.4),
     window("run_49_04", 0.0, 2.0),
     window("jump_02_04", 0.0, 3.6),
     window("kick_11_01", 1.0, 3.4),
