@@ -107,7 +107,7 @@ fn expansion() {
     let coefficients: Vec<f64> = (0..k).map(|_| normal(&mut rng)).collect();
     let mut out = vec![0.0f32; n];
     println!("basis of {k} components, {n} dimensions");
-    let quantised = QuantisedBasis::from_f32(&basis, k, n).expect("the basis is finite");
+    let quantised = QuantisedBasis::<i16>::from_f32(&basis, k, n).expect("the basis is finite");
     time("expand i16", 9, || quantised.expand(&mean, &coefficients, &mut out));
     let pca = Pca { mean, basis, std_devs: vec![1.0; k], ..Pca::default() };
     time("expand f32", 9, || pca.expand(&coefficients, &mut out));

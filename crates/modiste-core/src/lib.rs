@@ -2,7 +2,7 @@
 //!
 //! Lengths are metres, angles radians, Y is up. Topology is constant and shared; positions live beside it as slices with
 //! one point per vertex, so a function takes `(&Topology, &[Vec3])` and works for any pose. Solves run in f64, stored
-//! bases are f32 or i16. Everything is deterministic: the number of threads changes no bit of a result.
+//! bases are f32, i16 or i8. Everything is deterministic: the number of threads changes no bit of a result.
 //!
 //! | what | where |
 //! |---|---|
@@ -74,7 +74,7 @@ pub use mesh::{
 pub use pca::Pca;
 pub use polygon::{convex_hull_2d, polygon_area, polygon_contains, polygon_perimeter};
 pub use progress::{Progress, Silent};
-pub use quantised::QuantisedBasis;
+pub use quantised::{QuantisedBasis, Step};
 pub use rng::{Rng, below, normal, seeded_rng, shuffle, uniform};
 pub use rotation::{
     align_rigid, angle_between, cross_matrix, mean_rotation, nearest_rotation, polar_decomposition, quat_from_vector,

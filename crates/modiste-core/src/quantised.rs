@@ -1,4 +1,4 @@
-//! Bases stored as 16-bit integers.
+//! Bases stored as small integers.
 
 use crate::SolveError;
 use crate::error::check_size;
@@ -6,18 +6,43 @@ use crate::error::check_size;
 /// Numbers of the result that stay in the nearest cache while the components pass by.
 const BLOCK: usize = 4096;
 
-/// Rows of 16-bit integers with one scale per row: half the memory, and so half the time, of f32.
-///
-/// A component is `scale * integers`; the largest magnitude of a row becomes 32767, so the error of an entry is at most
-/// half of `scale`.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct QuantisedBasis {
-    dimensions: usize,
-    scales: Vec<f32>,
-    values: Vec<i16>,
+/// An integer that a basis may be stored in.
+pub trait Step: Copy + Into<f32> {
+    /// The largest magnitude that is used.
+    const LARGEST: f32;
+
+    /// The integer nearest to a number of at most [`LARGEST`](Self::LARGEST).
+    fn nearest(value: f32) -> Self;
 }
 
-impl QuantisedBasis {
+impl Step for i16 {
+    const LARGEST: f32 = 32767.0;
+
+    fn nearest(value: f32) -> Self {
+        value.round() as Self
+    }
+}
+
+impl Step for i8 {
+    const LARGEST: f32 = 127.0;
+
+    fn nearest(value: f32) -> Self {
+        value.round() as Self
+    }
+}
+
+/// Rows of integers with one scale per row: a half (i16) or a quarter (i8) of the memory, and so of the time, of f32.
+///
+/// A component is `scale * integers`; the largest magnitude of a row becomes the largest integer, so the error of an entry
+/// is at most half of `scale`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct QuantisedBasis<T = i16> {
+    dimensions: usize,
+    scales: Vec<f32>,
+    values: Vec<T>,
+}
+
+impl<T: Step> QuantisedBasis<T> {
     /// Quantises `k` rows of `n` numbers.
     ///
     /// # Errors
@@ -32,9 +57,9 @@ impl QuantisedBasis {
         for row in 0..k {
             let row = &basis[row * n..(row + 1) * n];
             let largest = row.iter().fold(0.0f32, |largest, value| largest.max(value.abs()));
-            let scale = if largest > 0.0 { largest / f32::from(i16::MAX) } else { 1.0 };
+            let scale = if largest > 0.0 { largest / T::LARGEST } else { 1.0 };
             scales.push(scale);
-            values.extend(row.iter().map(|value| (value / scale).round() as i16));
+            values.extend(row.iter().map(|value| T::nearest(value / scale)));
         }
         Ok(Self { dimensions: n, scales, values })
     }
@@ -43,7 +68,7 @@ impl QuantisedBasis {
     ///
     /// # Errors
     /// Sizes that do not agree, or a scale that is not finite.
-    pub fn from_parts(scales: Vec<f32>, values: Vec<i16>, n: usize) -> Result<Self, SolveError> {
+    pub fn from_parts(scales: Vec<f32>, values: Vec<T>, n: usize) -> Result<Self, SolveError> {
         check_size("integers of the basis", scales.len() * n, values.len())?;
         if let Some(index) = scales.iter().position(|scale| !scale.is_finite()) {
             return Err(SolveError::NotFinite { what: "the scales of the basis", index });
@@ -67,14 +92,14 @@ impl QuantisedBasis {
     }
 
     /// The integers, component after component.
-    pub fn values(&self) -> &[i16] {
+    pub fn values(&self) -> &[T] {
         &self.values
     }
 
     /// The components as f32, k rows of n.
     pub fn to_f32(&self) -> Vec<f32> {
         let rows = self.scales.iter().zip(self.values.chunks(self.dimensions.max(1)));
-        rows.flat_map(|(&scale, row)| row.iter().map(move |&value| scale * f32::from(value))).collect()
+        rows.flat_map(|(&scale, row)| row.iter().map(move |&value| scale * number(value))).collect()
     }
 
     /// Writes `mean + sum_k c_k basis_k`; missing coefficients are 0, further ones are ignored.
@@ -97,18 +122,22 @@ impl QuantisedBasis {
             for f in quadruples.by_ref() {
                 let (a, b, c, d) = (row(k), row(k + 1), row(k + 2), row(k + 3));
                 for i in 0..length {
-                    out[i] += (f[0] * f32::from(a[i]) + f[1] * f32::from(b[i]))
-                        + (f[2] * f32::from(c[i]) + f[3] * f32::from(d[i]));
+                    out[i] += (f[0] * number(a[i]) + f[1] * number(b[i])) + (f[2] * number(c[i]) + f[3] * number(d[i]));
                 }
                 k += 4;
             }
             for (k, &factor) in (k..).zip(quadruples.remainder()) {
                 for (value, &b) in out.iter_mut().zip(row(k)) {
-                    *value += factor * f32::from(b);
+                    *value += factor * number(b);
                 }
             }
         }
     }
+}
+
+#[inline(always)]
+fn number(value: impl Step) -> f32 {
+    value.into()
 }
 
 #[cfg(test)]
@@ -122,9 +151,14 @@ mod tests {
         let (k, n) = (4, 5000);
         let basis: Vec<f32> =
             (0..k * n).map(|i| (normal(&mut rng) * 10f64.powi((i / n) as i32 * 4 - 8)) as f32).collect();
-        let quantised = QuantisedBasis::from_f32(&basis, k, n).unwrap();
+        let quantised = QuantisedBasis::<i16>::from_f32(&basis, k, n).unwrap();
         for (i, (restored, original)) in quantised.to_f32().iter().zip(&basis).enumerate() {
             assert!((restored - original).abs() <= 0.502 * quantised.scales()[i / n]);
+        }
+        let coarse = QuantisedBasis::<i8>::from_f32(&basis, k, n).unwrap();
+        for (i, (restored, original)) in coarse.to_f32().iter().zip(&basis).enumerate() {
+            assert!((restored - original).abs() <= 0.502 * coarse.scales()[i / n]);
+            assert!(coarse.scales()[i / n] > 200.0 * quantised.scales()[i / n]);
         }
     }
 
@@ -135,7 +169,7 @@ mod tests {
         let (k, n) = (7, 10_001);
         let basis: Vec<f32> = (0..k * n).map(|_| normal(&mut rng) as f32).collect();
         let mean: Vec<f32> = (0..n).map(|_| normal(&mut rng) as f32).collect();
-        let quantised = QuantisedBasis::from_f32(&basis, k, n).unwrap();
+        let quantised = QuantisedBasis::<i16>::from_f32(&basis, k, n).unwrap();
         let restored = quantised.to_f32();
         for count in [0, 1, 3, 7, 9] {
             let coefficients: Vec<f64> = (0..count).map(|_| normal(&mut rng)).collect();
@@ -151,7 +185,7 @@ mod tests {
 
     #[test]
     fn stored_parts_come_back_and_bad_ones_are_refused() {
-        let basis = QuantisedBasis::from_f32(&[1.0, -2.0, 0.0, 0.0], 2, 2).unwrap();
+        let basis = QuantisedBasis::<i16>::from_f32(&[1.0, -2.0, 0.0, 0.0], 2, 2).unwrap();
         let (scales, values) = (basis.scales().to_vec(), basis.values().to_vec());
         assert_eq!(values, [16384, -32767, 0, 0]);
         assert_eq!(QuantisedBasis::from_parts(scales.clone(), values.clone(), 2), Ok(basis));
@@ -159,6 +193,6 @@ mod tests {
             QuantisedBasis::from_parts(scales, values, 3),
             Err(SolveError::Size { wanted: 6, found: 4, .. })
         ));
-        assert!(matches!(QuantisedBasis::from_f32(&[f32::NAN], 1, 1), Err(SolveError::NotFinite { .. })));
+        assert!(matches!(QuantisedBasis::<i8>::from_f32(&[f32::NAN], 1, 1), Err(SolveError::NotFinite { .. })));
     }
 }

@@ -18,6 +18,8 @@ pub struct Dynamics {
     pub(crate) coefficients: Matrix,
     /// Rows 1, θ_c; one column per ψ: the model of order zero, "without dynamics".
     pub(crate) static_coefficients: Matrix,
+    /// Factors on each ψ, with and without dynamics; see [`Dynamics::amplitudes`].
+    amplitudes: [Vec<f64>; 2],
     /// Largest magnitude that each ψ may take.
     limits: Vec<f64>,
 }
@@ -27,6 +29,7 @@ pub struct Dynamics {
 pub struct DynamicsState {
     wrinkles: [Vec<f64>; 2],
     poses: Option<[Pose; 2]>,
+    shown: Vec<f64>,
     row: Vec<f64>,
     scratch: Vec<f64>,
 }
@@ -88,7 +91,20 @@ const LARGEST_DEVIATION: f64 = 5.0;
 impl Dynamics {
     pub(crate) fn new(inputs: PoseInputs, coefficients: Matrix, static_coefficients: Matrix) -> Self {
         let limits = vec![f64::INFINITY; coefficients.cols];
-        Self { inputs, coefficients, static_coefficients, limits }
+        let amplitudes = [vec![1.0; coefficients.cols], vec![1.0; coefficients.cols]];
+        Self { inputs, coefficients, static_coefficients, amplitudes, limits }
+    }
+
+    pub(crate) fn with_amplitudes(self, amplitudes: [Vec<f64>; 2]) -> Self {
+        Self { amplitudes, ..self }
+    }
+
+    /// Factors on each ψ as it is shown, with and without dynamics; they do not enter the recursion.
+    ///
+    /// Not in the paper. Least squares predict the mean of all wrinkles that go with a pose, which is flatter than each
+    /// of them. The factors give each ψ the spread that it has in motions that were held out in training.
+    pub fn amplitudes(&self) -> [&[f64]; 2] {
+        [&self.amplitudes[0], &self.amplitudes[1]]
     }
 
     /// Bounds the wrinkles by their standard deviations over the training frames. Like any linear model this one would
@@ -138,6 +154,7 @@ impl Dynamics {
         DynamicsState {
             wrinkles: [vec![0.0; self.wrinkle_count()], vec![0.0; self.wrinkle_count()]],
             poses: None,
+            shown: vec![0.0; self.wrinkle_count()],
             row: vec![0.0; self.layout().end],
             scratch: vec![0.0; self.inputs.pose_count()],
         }
@@ -145,7 +162,8 @@ impl Dynamics {
 
     /// The wrinkles of the next frame (eq. 5); nothing is allocated.
     pub fn step<'s>(&self, state: &'s mut DynamicsState, pose: &Pose) -> &'s [f64] {
-        let DynamicsState { wrinkles: [newer, older], poses, row, scratch } = state;
+        let DynamicsState { wrinkles: [newer, older], poses, shown, row, scratch } = state;
+        let is_first = poses.is_none();
         match poses {
             Some([before, before_that]) => {
                 fill_row(&self.inputs, self.layout(), pose, [before, before_that], [newer, older], scratch, row);
@@ -161,14 +179,23 @@ impl Dynamics {
                 *poses = Some([pose.clone(), pose.clone()]);
             }
         }
-        newer
+        self.show(newer, &self.amplitudes[usize::from(is_first)], shown);
+        shown
     }
 
     /// The wrinkles of the model of order zero, which knows the pose alone; nothing is allocated.
     pub fn step_static<'s>(&self, state: &'s mut DynamicsState, pose: &Pose) -> &'s [f64] {
-        let DynamicsState { wrinkles: [wrinkles, _], row, .. } = state;
+        let DynamicsState { wrinkles: [wrinkles, _], shown, row, .. } = state;
         self.static_into(pose, row, wrinkles);
-        wrinkles
+        self.show(wrinkles, &self.amplitudes[1], shown);
+        shown
+    }
+
+    fn show(&self, wrinkles: &[f64], amplitudes: &[f64], shown: &mut [f64]) {
+        for ((shown, value), amplitude) in shown.iter_mut().zip(wrinkles).zip(amplitudes) {
+            *shown = value * amplitude;
+        }
+        self.limit(shown);
     }
 
     fn static_into(&self, pose: &Pose, row: &mut [f64], out: &mut [f64]) {

@@ -27,6 +27,8 @@ pub struct DynamicsOptions {
     pub rehearsals: usize,
     /// Largest spectral radius of the history that is accepted; above it the history is weighed more (see [`learn`]).
     pub max_spectral_radius: f64,
+    /// Largest factor that gives a wrinkle its spread back (see [`Dynamics::amplitudes`]); 1 is the paper.
+    pub max_amplitude: f64,
 }
 
 impl Default for DynamicsOptions {
@@ -37,6 +39,7 @@ impl Default for DynamicsOptions {
             folds: 4,
             rehearsals: 0,
             max_spectral_radius: 0.98,
+            max_amplitude: 3.0,
         }
     }
 }
@@ -176,6 +179,20 @@ impl Learner<'_> {
             normal.add(&sum(&rehearsed), 1.0);
             (coefficients, radii) = self.solve_stable(&normal, weights)?;
         }
+        let amplitudes = [
+            self.amplitudes(
+                &normals,
+                |kept| Ok(self.solve_stable(kept, weights)?.0),
+                |coefficients, example| {
+                    free_run(&self.assemble(coefficients.clone(), &static_coefficients), example.poses)
+                },
+            )?,
+            self.amplitudes(
+                &static_normals,
+                |kept| kept.solve(|_| static_ridge),
+                |coefficients, example| example.poses.iter().map(|pose| self.static_run(coefficients, pose)).collect(),
+            )?,
+        ];
         let [learned_spectral_radius, spectral_radius] = radii;
         let training = DynamicsTraining {
             pose_ridge,
@@ -186,7 +203,7 @@ impl Learner<'_> {
             learned_spectral_radius,
             spectral_radius,
         };
-        Ok((self.assemble(coefficients, &static_coefficients), training))
+        Ok((self.assemble(coefficients, &static_coefficients).with_amplitudes(amplitudes), training))
     }
 
     fn is_history(&self, row: usize) -> bool {
@@ -230,6 +247,16 @@ impl Learner<'_> {
         self.options.folds.min(self.examples.len()).max(1)
     }
 
+    /// The sums without those of one group of examples, if there are several.
+    fn without(&self, total: &Normal, normals: &[Normal], group: usize) -> Normal {
+        let mut kept = total.clone();
+        let groups = self.groups();
+        if groups > 1 {
+            normals.iter().skip(group).step_by(groups).for_each(|normal| kept.add(normal, -1.0));
+        }
+        kept
+    }
+
     /// Relative error of every choice of weights on held-out groups of examples.
     fn validate<C: Copy + Sync>(
         &self,
@@ -246,11 +273,7 @@ impl Learner<'_> {
             .map(|&choice| {
                 let mut error = 0.0;
                 for group in 0..groups {
-                    let mut kept = total.clone();
-                    if groups > 1 {
-                        normals.iter().skip(group).step_by(groups).for_each(|normal| kept.add(normal, -1.0));
-                    }
-                    let coefficients = train(&kept, choice)?;
+                    let coefficients = train(&self.without(&total, normals, group), choice)?;
                     let held_out = self.examples.iter().skip(group).step_by(groups);
                     error += held_out.map(|example| run(&coefficients, example)).sum::<f64>();
                 }
@@ -263,17 +286,40 @@ impl Learner<'_> {
         Ok((choices[best], finite(errors[best])))
     }
 
+    /// For every ψ the spread on held-out groups of examples over that of runs learned without them, from 1 to the largest
+    /// that the options allow.
+    fn amplitudes(
+        &self,
+        normals: &[Normal],
+        train: impl Fn(&Normal) -> Result<Matrix, GarmentError> + Sync,
+        run: impl Fn(&Matrix, &Example<'_>) -> Vec<Vec<f64>> + Sync,
+    ) -> Result<Vec<f64>, GarmentError> {
+        let groups = self.groups();
+        let total = sum(normals);
+        let runs = (0..groups).into_par_iter().map(|group| {
+            let coefficients = train(&self.without(&total, normals, group))?;
+            let held_out = self.examples.iter().skip(group).step_by(groups);
+            Ok(held_out.flat_map(|example| run(&coefficients, example)).collect())
+        });
+        let runs: Vec<Vec<Vec<f64>>> = runs.collect::<Result<_, GarmentError>>()?;
+        let made = squares(runs.iter().flatten(), self.count);
+        let truth = squares(self.examples.iter().flat_map(|example| example.wrinkles), self.count);
+        let most = self.options.max_amplitude.max(1.0);
+        let factor = |(truth, made): (&f64, &f64)| (truth / made.max(f64::MIN_POSITIVE)).sqrt().clamp(1.0, most);
+        Ok(truth.iter().zip(&made).map(factor).collect())
+    }
+
+    fn static_run(&self, coefficients: &Matrix, pose: &Pose) -> Vec<f64> {
+        let mut out = vec![0.0; self.count];
+        apply_row(coefficients, &self.static_row(pose), &mut out);
+        out
+    }
+
     fn choose_static(&self, normals: &[Normal]) -> Result<(f64, f64), GarmentError> {
         let train = |normal: &Normal, ridge: f64| normal.solve(|_| ridge);
         self.validate(normals, &self.options.ridges, train, |coefficients, example| {
-            let mut out = vec![0.0; self.count];
             let frames = example.poses.iter().zip(example.wrinkles);
-            frames
-                .map(|(pose, truth)| {
-                    apply_row(coefficients, &self.static_row(pose), &mut out);
-                    squared_distance(truth, &out)
-                })
-                .sum()
+            frames.map(|(pose, truth)| squared_distance(truth, &self.static_run(coefficients, pose))).sum()
         })
     }
 
@@ -323,6 +369,17 @@ fn sum(normals: &[Normal]) -> Normal {
         total.add(normal, 1.0);
     }
     total
+}
+
+/// Sum of squares of every column.
+fn squares<'a>(rows: impl Iterator<Item = &'a Vec<f64>>, count: usize) -> Vec<f64> {
+    let mut sums = vec![0.0; count];
+    for row in rows {
+        for (sum, value) in sums.iter_mut().zip(row) {
+            *sum += value * value;
+        }
+    }
+    sums
 }
 
 fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
@@ -415,6 +472,39 @@ mod tests {
         // λ² = 1.2 λ - 0.5 has |λ|² = 0.5.
         assert!((training.spectral_radius - 0.5f64.sqrt()).abs() < 1e-3, "{training:?}");
         assert!((truth.spectral_radius().unwrap() - 0.5f64.sqrt()).abs() < 1e-9);
+    }
+
+    #[test]
+    fn wrinkles_that_cannot_be_foreseen_keep_their_spread() {
+        let truth = dynamics(0.0, 0.0);
+        let motions: Vec<Motion> = (0..8).map(|seed| motion(seed, 150)).collect();
+        let mut rng = seeded_rng(3);
+        // The first ψ is what the pose makes of it, the second has noise of twice its size on top.
+        let noisy = |motion: &Motion, rng: &mut _| -> Vec<Vec<f64>> {
+            let mut run = free_run(&truth, &motion.frames);
+            let spread = (run.iter().map(|row| row[1] * row[1]).sum::<f64>() / run.len() as f64).sqrt();
+            run.iter_mut().for_each(|row| row[1] += 2.0 * spread * normal(rng));
+            run
+        };
+        let wrinkles: Vec<_> = motions.iter().map(|motion| noisy(motion, &mut rng)).collect();
+        let references: Vec<&Motion> = motions.iter().collect();
+        let parts = [Part::Chest, Part::LeftThigh];
+        let amplitudes = |most: f64| {
+            let chosen = DynamicsOptions { max_amplitude: most, ..options(1e-9) };
+            learn(&parts, &references, &wrinkles, &chosen).unwrap().0.amplitudes()[0].to_vec()
+        };
+        let free = amplitudes(100.0);
+        assert!((free[0] - 1.0).abs() < 0.02, "{free:?}");
+        assert!((free[1] - 5.0f64.sqrt()).abs() < 0.4, "{free:?}");
+        assert!((amplitudes(1.5)[1] - 1.5).abs() < 1e-12);
+        assert!(amplitudes(1.0).iter().all(|amplitude| (amplitude - 1.0).abs() < 1e-12), "the paper");
+        // They are shown, and do not feed back.
+        let plain = dynamics(0.5, 0.1);
+        let shown = plain.clone().with_amplitudes([vec![2.0; COUNT], vec![2.0; COUNT]]);
+        let poses = &motion(4, 30).frames;
+        for (plain, shown) in free_run(&plain, poses).iter().zip(free_run(&shown, poses)) {
+            assert!(plain.iter().zip(&shown).all(|(plain, shown)| (2.0 * plain - shown).abs() < 1e-12));
+        }
     }
 
     #[test]

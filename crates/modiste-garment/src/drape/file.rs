@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use modiste_body::{Gender, Part};
-use modiste_core::{Matrix, QuantisedBasis, Topology, Vec3};
+use modiste_core::{Matrix, QuantisedBasis, Step, Topology, Vec3};
 use modiste_io::IoError;
 use modiste_io::model::{Header, ModelFile, Writer};
 
@@ -23,6 +23,9 @@ pub const KIND: &str = "garment";
 
 /// Names of the blocks of eq. 5 in the file.
 const BLOCKS: [&str; 6] = ["m", "M1", "M2", "M3", "M4", "M5"];
+
+/// Names of the amplitudes with and without dynamics in the file.
+const AMPLITUDES: [&str; 2] = ["amplitudes", "static_amplitudes"];
 
 impl DrapeModel {
     /// Writes the model, whole or not at all.
@@ -51,17 +54,23 @@ impl DrapeModel {
         writer.add_u32("waist_band", &[garment.waist_band.len()], garment.waist_band.clone());
         writer.add_u32("anchors", &[garment.anchors.len(), 2], garment.anchors.as_flattened().to_vec());
         writer.add_f32("uv", &[faces, 3, 2], uv);
-        add_basis(&mut writer, "shape", &shape.mean, &shape.basis, &shape.std_devs, shape.total_variance);
+        add_space(&mut writer, "shape", (&shape.mean, shape.basis.scales()), &shape.std_devs, shape.total_variance);
+        writer.add_i16("shape_basis", &[shape.basis.count(), PER_FACE * faces], shape.basis.values().to_vec());
         writer.add_f64("W", &[shape.regression.rows, shape.regression.cols], shape.regression.data.clone());
         let offsets = &shape.offset_regression;
         writer.add_f64("anchor_offset", &[offsets.rows, offsets.cols], offsets.data.clone());
-        add_basis(&mut writer, "wrinkle", &wrinkle.mean, &wrinkle.basis, &wrinkle.std_devs, wrinkle.total_variance);
+        let scales = wrinkle.basis.scales();
+        add_space(&mut writer, "wrinkle", (&wrinkle.mean, scales), &wrinkle.std_devs, wrinkle.total_variance);
+        writer.add_i8("wrinkle_basis", &[wrinkle.basis.count(), PER_FACE * faces], wrinkle.basis.values().to_vec());
         writer.add_u8("pose_parts", &[dynamics.inputs.parts().len()], part_bytes(dynamics.inputs.parts()));
         for (block, matrix) in BLOCKS.into_iter().zip(dynamics.matrices()) {
             writer.add_f64(block, &[matrix.rows, matrix.cols], matrix.data);
         }
         let fixed = &dynamics.static_coefficients;
         writer.add_f64("static", &[fixed.rows, fixed.cols], fixed.data.clone());
+        for (name, amplitudes) in AMPLITUDES.into_iter().zip(dynamics.amplitudes()) {
+            writer.add_f64(name, &[amplitudes.len()], amplitudes.to_vec());
+        }
         Ok(writer.to_bytes(name)?)
     }
 
@@ -124,12 +133,14 @@ impl DrapeModel {
         let garment = read_garment(file, name)?;
         let faces = garment.topology.face_count();
         let (body_shape, garment_shape) = (file.dimension("body_shape")?, file.dimension("garment_shape")?);
-        let (mean, basis, std_devs, total_variance) = read_basis(file, name, "shape", faces, garment_shape)?;
+        let values = file.i16("shape_basis", &[garment_shape, PER_FACE * faces])?;
+        let (mean, basis, std_devs, total_variance) = read_space(file, name, "shape", values, garment_shape)?;
         let regression = matrix(file, "W", body_shape + 1, garment_shape)?;
         let offset_regression = matrix(file, "anchor_offset", body_shape + 1, 3)?;
         let shape = ShapeModel { mean, basis, std_devs, regression, offset_regression, total_variance };
         let wrinkles = file.dimension("wrinkles")?;
-        let (mean, basis, std_devs, total_variance) = read_basis(file, name, "wrinkle", faces, wrinkles)?;
+        let values = file.i8("wrinkle_basis", &[wrinkles, PER_FACE * faces])?;
+        let (mean, basis, std_devs, total_variance) = read_space(file, name, "wrinkle", values, wrinkles)?;
         let frame = match file.attribute("wrinkle_frame")? {
             "pelvis" => WrinkleFrame::Pelvis,
             "part" => WrinkleFrame::Part,
@@ -153,33 +164,37 @@ fn part_bytes(parts: &[Part]) -> Vec<u8> {
     parts.iter().map(|part| part.index() as u8).collect()
 }
 
-fn add_basis(
+/// Everything of a space but the integers of its basis.
+fn add_space(
     writer: &mut Writer<'_>,
     name: &str,
-    mean: &[f32],
-    basis: &QuantisedBasis,
+    (mean, scales): (&[f32], &[f32]),
     std_devs: &[f64],
     total_variance: f64,
 ) {
     writer.add_f32(&format!("{name}_mean"), &[mean.len()], mean.to_vec());
-    writer.add_f32(&format!("{name}_scales"), &[basis.count()], basis.scales().to_vec());
-    writer.add_i16(&format!("{name}_basis"), &[basis.count(), basis.dimensions()], basis.values().to_vec());
+    writer.add_f32(&format!("{name}_scales"), &[scales.len()], scales.to_vec());
     writer.add_f64(&format!("{name}_std_devs"), &[std_devs.len()], std_devs.to_vec());
     writer.add_f64(&format!("{name}_total_variance"), &[1], vec![total_variance]);
 }
 
-type Basis = (Vec<f32>, QuantisedBasis, Vec<f64>, f64);
+type Space<T> = (Vec<f32>, QuantisedBasis<T>, Vec<f64>, f64);
 
-fn read_basis(file: &ModelFile, name: &str, basis: &str, faces: usize, count: usize) -> Result<Basis, GarmentError> {
-    let dimensions = PER_FACE * faces;
-    let mean = file.f32(&format!("{basis}_mean"), &[dimensions])?;
-    let scales = file.f32(&format!("{basis}_scales"), &[count])?;
-    let values = file.i16(&format!("{basis}_basis"), &[count, dimensions])?;
-    let std_devs = file.f64(&format!("{basis}_std_devs"), &[count])?;
-    let total_variance = file.f64(&format!("{basis}_total_variance"), &[1])?[0];
-    let quantised = QuantisedBasis::from_parts(scales, values, dimensions)
-        .map_err(|error| IoError::field(name, format!("tensor \"{basis}_basis\""), "a basis", error))?;
-    Ok((mean, quantised, std_devs, total_variance))
+fn read_space<T: Step>(
+    file: &ModelFile,
+    name: &str,
+    space: &str,
+    values: Vec<T>,
+    count: usize,
+) -> Result<Space<T>, GarmentError> {
+    let dimensions = values.len() / count.max(1);
+    let mean = file.f32(&format!("{space}_mean"), &[dimensions])?;
+    let scales = file.f32(&format!("{space}_scales"), &[count])?;
+    let std_devs = file.f64(&format!("{space}_std_devs"), &[count])?;
+    let total_variance = file.f64(&format!("{space}_total_variance"), &[1])?[0];
+    let basis = QuantisedBasis::from_parts(scales, values, dimensions)
+        .map_err(|error| IoError::field(name, format!("tensor \"{space}_basis\""), "a basis", error))?;
+    Ok((mean, basis, std_devs, total_variance))
 }
 
 fn read_garment(file: &ModelFile, name: &str) -> Result<Garment, GarmentError> {
@@ -234,7 +249,8 @@ fn read_dynamics(file: &ModelFile, name: &str, wrinkles: usize) -> Result<Dynami
     }
     let coefficients = Matrix { rows: rows.len() / wrinkles.max(1), cols: wrinkles, data: rows };
     let static_coefficients = matrix(file, "static", 1 + pose, wrinkles)?;
-    Ok(Dynamics::new(inputs, coefficients, static_coefficients))
+    let [dynamic, fixed] = AMPLITUDES.map(|name| file.f64(name, &[wrinkles]));
+    Ok(Dynamics::new(inputs, coefficients, static_coefficients).with_amplitudes([dynamic?, fixed?]))
 }
 
 fn matrix(file: &ModelFile, name: &str, rows: usize, cols: usize) -> Result<Matrix, GarmentError> {

@@ -15,7 +15,12 @@ fn options() -> TrainOptions {
     TrainOptions {
         shape: ShapeOptions { count: 5, body_count: 3, ridge: 1e-6, area_weighted: false },
         wrinkle: WrinkleOptions { max_count: 12, min_count: 4, variance: 0.999, ..WrinkleOptions::default() },
-        dynamics: DynamicsOptions { inputs: InputOptions::PAPER, folds: 5, ..DynamicsOptions::default() },
+        dynamics: DynamicsOptions {
+            inputs: InputOptions::PAPER,
+            folds: 5,
+            max_amplitude: 1.0,
+            ..DynamicsOptions::default()
+        },
     }
 }
 

@@ -32,7 +32,7 @@ pub struct WrinkleOptions {
     pub variance: f64,
     /// Fewest coefficients.
     pub min_count: usize,
-    /// Most coefficients; each costs 18 bytes a face in the model file.
+    /// Most coefficients; each costs 9 bytes a face in the model file.
     pub max_count: usize,
     /// Frame of the deformations.
     pub frame: WrinkleFrame,
@@ -42,7 +42,7 @@ pub struct WrinkleOptions {
 
 impl Default for WrinkleOptions {
     fn default() -> Self {
-        Self { variance: 0.9, min_count: 30, max_count: 50, frame: WrinkleFrame::default(), area_weighted: false }
+        Self { variance: 0.95, min_count: 30, max_count: 110, frame: WrinkleFrame::default(), area_weighted: false }
     }
 }
 
@@ -51,7 +51,7 @@ impl Default for WrinkleOptions {
 pub struct WrinkleModel {
     pub(crate) frame: WrinkleFrame,
     pub(crate) mean: Vec<f32>,
-    pub(crate) basis: QuantisedBasis,
+    pub(crate) basis: QuantisedBasis<i8>,
     pub(crate) std_devs: Vec<f64>,
     pub(crate) total_variance: f64,
 }
