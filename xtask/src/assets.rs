@@ -60,18 +60,18 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     let sources = Sources { makehuman: arguments.makehuman.clone(), data: workspace_root().join(&arguments.data) };
     let stale = |file: &PathBuf| arguments.fresh || !modiste_io::exists(file);
     for gender in Gender::ALL {
-        let population = population_file(gender);
-        if stale(&population) {
-            make(Job::BodyPopulation(BodyPopulation {
-                genders: vec![gender],
-                count: POPULATION,
-                seed: POPULATION_SEED,
-                sources: sources.clone(),
-                out: workspace_root().join("training"),
-            }))?;
-        }
         let body = body_file(gender);
         if stale(&body) {
+            let population = population_file(gender);
+            if stale(&population) {
+                make(Job::BodyPopulation(BodyPopulation {
+                    genders: vec![gender],
+                    count: POPULATION,
+                    seed: POPULATION_SEED,
+                    sources: sources.clone(),
+                    out: workspace_root().join("training"),
+                }))?;
+            }
             make(Job::BodyTrain(BodyTrain { gender, population, sources: sources.clone(), out: body }))?;
         }
         for garment in GARMENTS {
