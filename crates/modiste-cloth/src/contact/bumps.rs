@@ -136,8 +136,13 @@ fn along(p: Vec3, normal: Vec3, [a, b, c]: [Vec3; 3]) -> Option<([f64; 3], f64)>
 
 #[cfg(test)]
 mod tests {
-    use super::{along, find_bumps};
-    use modiste_core::{Vec3, shapes};
+    use super::{BumpContacts, along, find_bumps};
+    use crate::contact::collider::BodyCollider;
+    use crate::contact::groups::CollisionGroups;
+    use crate::contact::tree::FaceTree;
+    use modiste_body::Part;
+    use modiste_core::{Topology, Vec3, shapes};
+    use std::sync::Arc;
 
     #[test]
     fn a_line_meets_a_triangle_where_it_should() {
@@ -156,5 +161,24 @@ mod tests {
         let scaled = |radius: f64| sphere.vertices.iter().map(|x| *x * radius).collect::<Vec<_>>();
         assert_eq!(find_bumps(&sphere.topology, &scaled(0.02)).len(), sphere.vertices.len());
         assert!(find_bumps(&sphere.topology, &scaled(0.04)).is_empty());
+    }
+
+    #[test]
+    fn a_finger_does_not_hook_into_cloth_of_another_limb() {
+        let finger = shapes::icosphere(2);
+        let x: Vec<Vec3> = finger.vertices.iter().map(|x| *x * 0.008).collect();
+        let mut body = BodyCollider::new(Arc::clone(&finger.topology), &x).unwrap();
+        body.set_face_parts(&vec![Part::LeftHand; finger.topology.face_count()]).unwrap();
+        let cloth = Topology::new(3, vec![[0, 1, 2]]).unwrap();
+        let x = [Vec3::new(-0.02, 0.009, -0.02), Vec3::new(0.02, 0.009, -0.02), Vec3::new(0.0, 0.009, 0.03)];
+        let tree = FaceTree::new(cloth.faces(), vec![0], &x);
+        let covered = |part: Part| {
+            let groups = CollisionGroups::from_face_parts(&cloth, &[part]);
+            let mut bumps = BumpContacts::new(&cloth);
+            bumps.search(&body, Some(&groups), &cloth, (&tree, &x));
+            bumps.covered.len()
+        };
+        assert!(covered(Part::LeftForearm) > 0);
+        assert_eq!(covered(Part::Pelvis), 0);
     }
 }
