@@ -222,7 +222,8 @@ mod tests {
             (0..3).for_each(|axis| dense[(3 * vertex + axis, 3 * vertex + axis)] += 0.5);
         }
         // Far vertices, as seams and self-contact join them.
-        for (vertices, weights) in [([0, 24, 0, 24], [1.0, -1.0, 0.0, 0.0]), ([3, 11, 16, 17], [1.0, -0.5, -0.3, -0.2])] {
+        for (vertices, weights) in [([0, 24, 0, 24], [1.0, -1.0, 0.0, 0.0]), ([3, 11, 16, 17], [1.0, -0.5, -0.3, -0.2])]
+        {
             let part = positive(3, &mut rng);
             add(&mut dense, (vertices, weights), &part, 1.0);
             let weights = weights.map(|w| w as f32);
@@ -241,9 +242,8 @@ mod tests {
         }
         let right = Matrix::from_fn(3 * COUNT, 1, |row, _| if free[row / 3] { normal(&mut rng) } else { 0.0 });
         let wanted = solve_spd(&dense, &right).unwrap();
-        let b: Vec<Vec3A> = (0..COUNT)
-            .map(|v| Vec3A::from_array([0, 1, 2].map(|axis| right[(3 * v + axis, 0)] as f32)))
-            .collect();
+        let b: Vec<Vec3A> =
+            (0..COUNT).map(|v| Vec3A::from_array([0, 1, 2].map(|axis| right[(3 * v + axis, 0)] as f32))).collect();
         let mut x = vec![Vec3A::ONE; COUNT];
         let mut solver = ConjugateGradients::new(COUNT);
         // Twice: nothing of the first solve may be left over.

@@ -23,7 +23,7 @@ pub struct ShapeOptions {
 
 impl Default for ShapeOptions {
     fn default() -> Self {
-        Self { count: 20, body_count: 20, ridge: 3.0, area_weighted: false }
+        Self { count: 30, body_count: 20, ridge: 3.0, area_weighted: false }
     }
 }
 

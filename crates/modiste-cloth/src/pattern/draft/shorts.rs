@@ -33,7 +33,7 @@ const WOMEN: Block = Block {
     centre: 1.021,
     chest: Trend { mean: 0.947, slope: 0.81 },
     waist: Trend { mean: 0.861, slope: 1.057 },
-    rise: Trend { mean: 0.236, slope: 0.080 },
+    rise: Trend { mean: 0.222, slope: 0.080 },
     inseam: Trend { mean: 0.165, slope: 0.040 },
     hip_ease: 0.100,
     front_fork: 0.050,
@@ -46,7 +46,7 @@ const MEN: Block = Block {
     centre: 1.020,
     chest: Trend { mean: 1.059, slope: 0.95 },
     waist: Trend { mean: 0.941, slope: 1.276 },
-    rise: Trend { mean: 0.242, slope: 0.090 },
+    rise: Trend { mean: 0.230, slope: 0.090 },
     inseam: Trend { mean: 0.200, slope: 0.040 },
     hip_ease: 0.110,
     front_fork: 0.055,
@@ -143,7 +143,7 @@ fn draft_size(block: &Block, hip: f64) -> [(Outline, Vec<String>); 2] {
     let side = 0.5 * (front + back - centre_front - centre_back - 0.5 * band);
     let back_raise = 0.040;
     let hip_line = 0.30 * rise;
-    let (front_taper, back_taper, side_taper) = (0.006, 0.016, -0.012);
+    let (front_taper, back_taper, side_taper) = (0.012, 0.030, 0.000);
 
     let seat = 0.42 * rise;
     // The front's outseam mirrors into the back's: same heights, same insets, so both sides are equally long.
