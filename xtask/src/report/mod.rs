@@ -89,7 +89,12 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
         }
     }
     println!("wrote {}", folder.join("report.md").display());
-    ensure!(failures.is_empty(), "{}", failures.join("; "));
+    let hint = if modiste_io::exists(workspace_root().join("training")) {
+        ""
+    } else {
+        "; populations and training sets are made by `cargo xtask assets --fresh`"
+    };
+    ensure!(failures.is_empty(), "{}{hint}", failures.join("; "));
     Ok(())
 }
 

@@ -26,7 +26,8 @@ pub(super) fn measure() -> Result<Page> {
     page.paragraph(
         "A captured motion that was not trained on, simulated on the mean body, and synthesised with and without \
          dynamics: mean over the vertices of the mean curvature. \u{201c}Projected\u{201d} puts the simulation's own wrinkles through \
-         the learned space: the best that any dynamics could do with it.",
+         the learned space: the nearest to it that any dynamics could come. With and without dynamics, each coefficient has \
+         the amplitude that it had in motions held out in training (not in the paper).",
     );
     let mut rows = Vec::new();
     for gender in Gender::ALL {

@@ -29,6 +29,7 @@ pub struct Dynamics {
 pub struct DynamicsState {
     wrinkles: [Vec<f64>; 2],
     poses: Option<[Pose; 2]>,
+    /// The wrinkles of the last frame at their amplitudes.
     shown: Vec<f64>,
     row: Vec<f64>,
     scratch: Vec<f64>,
@@ -160,7 +161,7 @@ impl Dynamics {
         }
     }
 
-    /// The wrinkles of the next frame (eq. 5); nothing is allocated.
+    /// The wrinkles of the next frame (eq. 5) at their [amplitudes](Self::amplitudes); nothing is allocated.
     pub fn step<'s>(&self, state: &'s mut DynamicsState, pose: &Pose) -> &'s [f64] {
         let DynamicsState { wrinkles: [newer, older], poses, shown, row, scratch } = state;
         let is_first = poses.is_none();
@@ -183,7 +184,7 @@ impl Dynamics {
         shown
     }
 
-    /// The wrinkles of the model of order zero, which knows the pose alone; nothing is allocated.
+    /// The wrinkles of the model of order zero, which knows the pose alone, at their amplitudes; nothing is allocated.
     pub fn step_static<'s>(&self, state: &'s mut DynamicsState, pose: &Pose) -> &'s [f64] {
         let DynamicsState { wrinkles: [wrinkles, _], shown, row, .. } = state;
         self.static_into(pose, row, wrinkles);

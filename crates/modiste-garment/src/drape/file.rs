@@ -134,13 +134,15 @@ impl DrapeModel {
         let faces = garment.topology.face_count();
         let (body_shape, garment_shape) = (file.dimension("body_shape")?, file.dimension("garment_shape")?);
         let values = file.i16("shape_basis", &[garment_shape, PER_FACE * faces])?;
-        let (mean, basis, std_devs, total_variance) = read_space(file, name, "shape", values, garment_shape)?;
+        let (mean, basis, std_devs, total_variance) =
+            read_space(file, name, "shape", values, [garment_shape, PER_FACE * faces])?;
         let regression = matrix(file, "W", body_shape + 1, garment_shape)?;
         let offset_regression = matrix(file, "anchor_offset", body_shape + 1, 3)?;
         let shape = ShapeModel { mean, basis, std_devs, regression, offset_regression, total_variance };
         let wrinkles = file.dimension("wrinkles")?;
         let values = file.i8("wrinkle_basis", &[wrinkles, PER_FACE * faces])?;
-        let (mean, basis, std_devs, total_variance) = read_space(file, name, "wrinkle", values, wrinkles)?;
+        let (mean, basis, std_devs, total_variance) =
+            read_space(file, name, "wrinkle", values, [wrinkles, PER_FACE * faces])?;
         let frame = match file.attribute("wrinkle_frame")? {
             "pelvis" => WrinkleFrame::Pelvis,
             "part" => WrinkleFrame::Part,
@@ -185,9 +187,8 @@ fn read_space<T: Step>(
     name: &str,
     space: &str,
     values: Vec<T>,
-    count: usize,
+    [count, dimensions]: [usize; 2],
 ) -> Result<Space<T>, GarmentError> {
-    let dimensions = values.len() / count.max(1);
     let mean = file.f32(&format!("{space}_mean"), &[dimensions])?;
     let scales = file.f32(&format!("{space}_scales"), &[count])?;
     let std_devs = file.f64(&format!("{space}_std_devs"), &[count])?;
