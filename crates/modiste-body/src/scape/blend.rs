@@ -9,16 +9,16 @@ pub(crate) const BLEND_COUNT: usize = 4;
 
 /// For each face (or vertex) the parts that it follows, with weights that sum to one; unused entries have weight 0.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct RotationBlend {
+pub struct RotationBlend {
     /// Part indices per face or vertex, strongest first.
-    pub parts: Vec<[u8; BLEND_COUNT]>,
+    pub(crate) parts: Vec<[u8; BLEND_COUNT]>,
     /// Their weights.
-    pub weights: Vec<[f32; BLEND_COUNT]>,
+    pub(crate) weights: Vec<[f32; BLEND_COUNT]>,
 }
 
 impl RotationBlend {
     /// Keeps the strongest parts of each face; weights below `threshold` are dropped.
-    pub(crate) fn from_part_weights(part_weights: &[[f64; Part::COUNT]], threshold: f64) -> Self {
+    pub fn from_part_weights(part_weights: &[[f64; Part::COUNT]], threshold: f64) -> Self {
         let mut blend =
             Self { parts: Vec::with_capacity(part_weights.len()), weights: Vec::with_capacity(part_weights.len()) };
         for weights in part_weights {
@@ -39,7 +39,7 @@ impl RotationBlend {
     }
 
     /// Every face wholly on one part: plain SCAPE.
-    pub(crate) fn rigid(face_parts: &[Part]) -> Self {
+    pub fn rigid(face_parts: &[Part]) -> Self {
         let mut weights = [0.0; BLEND_COUNT];
         weights[0] = 1.0;
         Self {
@@ -63,12 +63,7 @@ impl RotationBlend {
     ///
     /// Weighted mean of the parts' quaternions, each in the hemisphere of the strongest, normalised. Neighbouring parts
     /// are less than a half turn apart, so this stays within a few degrees of the geodesic mean.
-    pub(crate) fn rotation(
-        &self,
-        face: usize,
-        quaternions: &[Quat; Part::COUNT],
-        matrices: &[Mat3; Part::COUNT],
-    ) -> Mat3 {
+    pub fn rotation(&self, face: usize, quaternions: &[Quat; Part::COUNT], matrices: &[Mat3; Part::COUNT]) -> Mat3 {
         let (parts, weights) = (self.parts[face], self.weights[face]);
         if weights[0] >= 1.0 {
             return matrices[parts[0] as usize];

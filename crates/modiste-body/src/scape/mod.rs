@@ -28,6 +28,7 @@ pub(crate) mod synthetic;
 pub mod train;
 mod training_poses;
 
+pub use blend::RotationBlend;
 pub use body::Body;
 pub use file::Provenance;
 pub use model::ScapeModel;

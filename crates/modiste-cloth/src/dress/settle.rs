@@ -30,9 +30,9 @@ pub struct Stage {
 impl Default for SettleOptions {
     fn default() -> Self {
         let stages = vec![
-            Stage { frames: 25, drag: 1.5, friction: 0.1, damping: 30.0 },
-            Stage { frames: 30, drag: 0.5, friction: 0.1, damping: 30.0 },
-            Stage { frames: 20, drag: 1.5, friction: 1.0, damping: 30.0 },
+            Stage { frames: 25, drag: 1.5, friction: 0.1, damping: 3.0 },
+            Stage { frames: 30, drag: 0.5, friction: 0.1, damping: 3.0 },
+            Stage { frames: 20, drag: 1.5, friction: 1.0, damping: 3.0 },
         ];
         Self { frame_time: 1.0 / 30.0, stages, rest_speed: 0.004 }
     }

@@ -28,7 +28,7 @@ const GROWING_FRAMES: usize = 30;
 const DRAG: f64 = 3.0;
 
 /// Factor on the damping times of the fabric while sewing.
-const DAMPING: f64 = 30.0;
+const DAMPING: f64 = 3.0;
 
 const FRAME_TIME: f64 = 1.0 / 30.0;
 

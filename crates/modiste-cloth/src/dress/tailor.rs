@@ -31,9 +31,9 @@ pub struct TailorOptions {
 impl Default for TailorOptions {
     fn default() -> Self {
         let stages = vec![
-            Stage { frames: 30, drag: 1.5, friction: 0.05, damping: 30.0 },
-            Stage { frames: 60, drag: 0.4, friction: 0.05, damping: 30.0 },
-            Stage { frames: 30, drag: 1.5, friction: 1.0, damping: 30.0 },
+            Stage { frames: 30, drag: 1.5, friction: 0.05, damping: 3.0 },
+            Stage { frames: 60, drag: 0.4, friction: 0.05, damping: 3.0 },
+            Stage { frames: 30, drag: 1.5, friction: 1.0, damping: 3.0 },
         ];
         // Nearer, the points of the body show through between the vertices of the cloth.
         let solver = SolverOptions { thickness: 0.004, max_iterations: 250, ..SolverOptions::default() };
@@ -98,10 +98,12 @@ impl Tailor {
     /// # Errors
     /// A pattern that cannot be cut, or a material that is not known.
     pub fn new(pattern: Arc<GradedPattern>, options: TailorOptions) -> Result<Self, DressError> {
-        let Some(fabric) = Fabric::from_name(&pattern.material) else {
+        let Some(mut fabric) = Fabric::from_name(&pattern.material) else {
             return Err(DressError::Fabric(pattern.material.clone()));
         };
         let edge_length = CutGarment::edge_length_for(&pattern, options.vertex_count);
+        let weight = fabric.density * Vec3::from_array(options.solver.gravity).length();
+        fabric.bend = fabric.bend.resolved_by(edge_length, weight);
         let cut = Arc::new(CutGarment::new(pattern, edge_length)?);
         Ok(Self { cut, fabric, options })
     }

@@ -100,6 +100,13 @@ impl Dynamics {
         Self { amplitudes, ..self }
     }
 
+    /// Multiplies the amplitudes, one factor per ψ.
+    pub(crate) fn amplify(&mut self, gains: &[f64]) {
+        for amplitudes in &mut self.amplitudes {
+            amplitudes.iter_mut().zip(gains).for_each(|(amplitude, gain)| *amplitude *= gain);
+        }
+    }
+
     /// Factors on each ψ as it is shown, with and without dynamics; they do not enter the recursion.
     ///
     /// Not in the paper. Least squares predict the mean of all wrinkles that go with a pose, which is flatter than each

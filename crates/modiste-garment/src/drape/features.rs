@@ -1,7 +1,10 @@
 //! The inputs of the wrinkle dynamics: garment pose θ_c and its change z.
 
 use modiste_body::{Part, Pose};
-use modiste_core::{Quat, Vec3};
+use modiste_core::{Mat3, Quat, Vec3};
+
+use super::pose_kernel::PoseKernel;
+use crate::GarmentError;
 
 /// Which inputs beyond those of the paper drive the wrinkles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,24 +17,30 @@ pub struct InputOptions {
     /// Adds the rotations of the parts at the pelvis (thighs below a T-shirt, abdomen above shorts), which push at hems
     /// that lie over them.
     pub neighbours: bool,
+    /// Gives θ_c as rotation matrices less the identity instead of rotation vectors, in which a half turn is far from
+    /// linear. Not in the paper. z is in rotation vectors either way.
+    pub matrices: bool,
+    /// Number of typical poses whose nearness is added to θ_c; see [`PoseKernel`]. 0 is the paper.
+    pub centres: usize,
 }
 
 impl Default for InputOptions {
     fn default() -> Self {
-        Self { gravity: true, pelvis_turn: true, neighbours: true }
+        Self { gravity: true, pelvis_turn: true, neighbours: true, matrices: true, centres: 60 }
     }
 }
 
 impl InputOptions {
     /// Exactly the inputs of DRAPE eq. 5.
-    pub const PAPER: Self = Self { gravity: false, pelvis_turn: false, neighbours: false };
+    pub const PAPER: Self = Self { gravity: false, pelvis_turn: false, neighbours: false, matrices: false, centres: 0 };
 }
 
 /// Turns poses into the inputs of DRAPE eq. 5.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PoseInputs {
     parts: Vec<Part>,
     options: InputOptions,
+    kernel: Option<PoseKernel>,
 }
 
 impl PoseInputs {
@@ -53,12 +62,34 @@ impl PoseInputs {
             }
         }
         let parts = Part::ALL.into_iter().filter(|part| relevant[part.index()] && *part != Part::Pelvis).collect();
-        Self { parts, options }
+        Self { parts, options, kernel: None }
     }
 
-    /// Inputs with a given list of parts, as read from a file.
-    pub(crate) fn from_parts(parts: Vec<Part>, options: InputOptions) -> Self {
-        Self { parts, options }
+    /// Inputs with given parts and kernel, as read from a file.
+    pub(crate) fn from_parts(parts: Vec<Part>, options: InputOptions, kernel: Option<PoseKernel>) -> Self {
+        Self { parts, options, kernel }
+    }
+
+    /// The inputs with the nearness to typical ones among `poses`, where the options ask for it.
+    ///
+    /// # Errors
+    /// No poses to choose from.
+    pub fn with_typical_poses<'a>(self, poses: impl Iterator<Item = &'a Pose>) -> Result<Self, GarmentError> {
+        if self.options.centres == 0 {
+            return Ok(self);
+        }
+        let rows = |pose: &Pose| {
+            let mut row = vec![0.0; self.plain_count()];
+            self.plain(pose, &mut row);
+            row
+        };
+        let kernel = PoseKernel::choose(&poses.map(rows).collect::<Vec<_>>(), self.options.centres)?;
+        Ok(Self { kernel: Some(kernel), ..self })
+    }
+
+    /// The kernel on typical poses, if there is one.
+    pub fn kernel(&self) -> Option<&PoseKernel> {
+        self.kernel.as_ref()
     }
 
     /// The parts whose relative rotations make θ_c.
@@ -71,41 +102,72 @@ impl PoseInputs {
         self.options
     }
 
-    /// Length of θ_c, gravity included.
+    /// Length of θ_c, gravity and kernel included.
     pub fn pose_count(&self) -> usize {
+        self.plain_count() + self.kernel.as_ref().map_or(0, PoseKernel::count)
+    }
+
+    /// Length of θ_c before the kernel, which comes last.
+    pub(crate) fn plain_count(&self) -> usize {
+        let of_part = if self.options.matrices { 9 } else { 3 };
+        of_part * self.parts.len() + 3 * usize::from(self.options.gravity)
+    }
+
+    /// Length of θ_c in rotation vectors, gravity included.
+    fn angle_count(&self) -> usize {
         3 * (self.parts.len() + usize::from(self.options.gravity))
     }
 
     /// Length of z.
     pub fn change_count(&self) -> usize {
-        self.pose_count() + 3 * (1 + usize::from(self.options.pelvis_turn))
+        self.angle_count() + 3 * (1 + usize::from(self.options.pelvis_turn))
     }
 
-    /// Writes θ_c: relative rotation vectors (radians), then the direction of gravity in the pelvis less that of upright.
+    /// Writes θ_c: relative rotations, the direction of gravity in the pelvis less that of upright, the kernel.
     pub fn pose(&self, pose: &Pose, out: &mut [f64]) {
-        let mut triples = out.chunks_exact_mut(3);
-        let mut put = |value: Vec3| {
-            if let Some(triple) = triples.next() {
-                triple.copy_from_slice(&value.to_array());
-            }
-        };
+        let (plain, features) = out.split_at_mut(self.plain_count());
+        self.plain(pose, plain);
+        if let Some(kernel) = &self.kernel {
+            kernel.features(plain, features);
+        }
+    }
+
+    fn plain(&self, pose: &Pose, out: &mut [f64]) {
+        if !self.options.matrices {
+            return self.angles(pose, out);
+        }
+        let mut triples = out.as_chunks_mut::<3>().0.iter_mut();
+        let mut put = |value: Vec3| triples.next().into_iter().for_each(|triple| *triple = value.to_array());
+        for part in &self.parts {
+            let turn = Mat3::from_quat(pose.rotation(*part)) - Mat3::IDENTITY;
+            [turn.x_axis, turn.y_axis, turn.z_axis].into_iter().for_each(&mut put);
+        }
+        if self.options.gravity {
+            put(gravity(pose));
+        }
+    }
+
+    /// Writes θ_c with rotation vectors (radians).
+    fn angles(&self, pose: &Pose, out: &mut [f64]) {
+        let mut triples = out.as_chunks_mut::<3>().0.iter_mut();
+        let mut put = |value: Vec3| triples.next().into_iter().for_each(|triple| *triple = value.to_array());
         for part in &self.parts {
             put(pose.rotations[part.index()]);
         }
         if self.options.gravity {
-            put(root_rotation(pose).inverse() * Vec3::NEG_Y - Vec3::NEG_Y);
+            put(gravity(pose));
         }
     }
 
     /// Writes `z^{j,k}` of DRAPE eq. 5 from frame k to frame j: Γ_k⁻¹(τ_j - τ_k) (m), θ_c of j less that of k, and the
-    /// rotation vector of Γ_k⁻¹Γ_j where it is asked for.
+    /// rotation vector of Γ_k⁻¹Γ_j where it is asked for. `scratch` is as long as θ_c.
     pub fn change(&self, later: &Pose, earlier: &Pose, scratch: &mut [f64], out: &mut [f64]) {
         let pelvis_from_world = root_rotation(earlier).inverse();
         let step = pelvis_from_world * (later.root_translation - earlier.root_translation);
         out[..3].copy_from_slice(&step.to_array());
-        let count = self.pose_count();
-        self.pose(later, &mut out[3..3 + count]);
-        self.pose(earlier, scratch);
+        let count = self.angle_count();
+        self.angles(later, &mut out[3..3 + count]);
+        self.angles(earlier, scratch);
         for (value, before) in out[3..3 + count].iter_mut().zip(scratch.iter()) {
             *value -= before;
         }
@@ -115,6 +177,11 @@ impl PoseInputs {
             out[3 + count..].copy_from_slice(&turn.to_scaled_axis().to_array());
         }
     }
+}
+
+/// The direction of gravity seen from the pelvis less that of upright.
+fn gravity(pose: &Pose) -> Vec3 {
+    root_rotation(pose).inverse() * Vec3::NEG_Y - Vec3::NEG_Y
 }
 
 /// Γ: from the pelvis to the world.
@@ -153,7 +220,10 @@ mod tests {
 
     #[test]
     fn heading_and_place_do_not_enter() {
-        let inputs = PoseInputs::new(&[Part::Chest, Part::LeftThigh], InputOptions::default());
+        let poses: Vec<Pose> = (0..20).map(|i| pose(0.05 * f64::from(i))).collect();
+        let plain = PoseInputs::new(&[Part::Chest, Part::LeftThigh], InputOptions::default());
+        let inputs = plain.clone().with_typical_poses(poses.iter()).unwrap();
+        assert_eq!(inputs.pose_count(), plain.pose_count() + 20, "no more centres than poses");
         let (n, m) = (inputs.pose_count(), inputs.change_count());
         let (earlier, later) = (pose(0.1), pose(0.3));
         let turn = Quat::from_rotation_y(2.1);

@@ -9,13 +9,15 @@ use modiste_core::{Matrix, QuantisedBasis, Step, Topology, Vec3};
 use modiste_io::IoError;
 use modiste_io::model::{Header, ModelFile, Writer};
 
+use super::blend::blend_parts;
 use super::dynamics::Dynamics;
 use super::features::{InputOptions, PoseInputs};
-use super::gradient::PER_FACE;
+use super::gradient::{PER_FACE, TangentFrames};
 use super::model::{DrapeModel, Provenance};
+use super::pose_kernel::PoseKernel;
 use super::shape::ShapeModel;
 use super::training_set::Garment;
-use super::wrinkle::{WrinkleFrame, WrinkleModel};
+use super::wrinkle::WrinkleModel;
 use crate::GarmentError;
 
 /// Kind of the model file.
@@ -62,7 +64,13 @@ impl DrapeModel {
         let scales = wrinkle.basis.scales();
         add_space(&mut writer, "wrinkle", (&wrinkle.mean, scales), &wrinkle.std_devs, wrinkle.total_variance);
         writer.add_i8("wrinkle_basis", &[wrinkle.basis.count(), PER_FACE * faces], wrinkle.basis.values().to_vec());
+        writer.add_f64("wrinkle_held_out_loss", &[1], vec![wrinkle.held_out_loss]);
         writer.add_u8("pose_parts", &[dynamics.inputs.parts().len()], part_bytes(dynamics.inputs.parts()));
+        if let Some(kernel) = dynamics.inputs.kernel() {
+            let centres = kernel.centres();
+            writer.add_f64("pose_centres", &[centres.rows, centres.cols], centres.data.clone());
+            writer.add_f64("pose_reach", &[1], vec![kernel.reach()]);
+        }
         for (block, matrix) in BLOCKS.into_iter().zip(dynamics.matrices()) {
             writer.add_f64(block, &[matrix.rows, matrix.cols], matrix.data);
         }
@@ -77,10 +85,6 @@ impl DrapeModel {
     fn header(&self) -> Header {
         let Self { garment, shape, wrinkle, dynamics, provenance, .. } = self;
         let options = dynamics.inputs.options();
-        let frame = match wrinkle.frame {
-            WrinkleFrame::Pelvis => "pelvis",
-            WrinkleFrame::Part => "part",
-        };
         let dimensions = [
             ("vertices", garment.topology.vertex_count()),
             ("faces", garment.topology.face_count()),
@@ -90,12 +94,14 @@ impl DrapeModel {
             ("garment_shape", shape.count()),
             ("wrinkles", wrinkle.count()),
             ("pose_parts", dynamics.inputs.parts().len()),
+            ("pose_centres", dynamics.inputs.kernel().map_or(0, PoseKernel::count)),
         ];
         let attributes = [
             ("garment", garment.name.clone()),
             ("gender", garment.gender.name().to_owned()),
             ("fps", self.fps.to_string()),
-            ("wrinkle_frame", frame.to_owned()),
+            ("blend_width", wrinkle.blend_width.to_string()),
+            ("input_matrices", options.matrices.to_string()),
             ("input_gravity", options.gravity.to_string()),
             ("input_pelvis_turn", options.pelvis_turn.to_string()),
         ];
@@ -138,17 +144,26 @@ impl DrapeModel {
             read_space(file, name, "shape", values, [garment_shape, PER_FACE * faces])?;
         let regression = matrix(file, "W", body_shape + 1, garment_shape)?;
         let offset_regression = matrix(file, "anchor_offset", body_shape + 1, 3)?;
-        let shape = ShapeModel { mean, basis, std_devs, regression, offset_regression, total_variance };
+        let frames = TangentFrames::new(&garment.topology, &garment.template);
+        let shape =
+            ShapeModel { frames: frames.clone(), mean, basis, std_devs, regression, offset_regression, total_variance };
         let wrinkles = file.dimension("wrinkles")?;
         let values = file.i8("wrinkle_basis", &[wrinkles, PER_FACE * faces])?;
         let (mean, basis, std_devs, total_variance) =
             read_space(file, name, "wrinkle", values, [wrinkles, PER_FACE * faces])?;
-        let frame = match file.attribute("wrinkle_frame")? {
-            "pelvis" => WrinkleFrame::Pelvis,
-            "part" => WrinkleFrame::Part,
-            other => return Err(attribute_error(name, "wrinkle_frame", "\"pelvis\" or \"part\"", other)),
+        let is_width = |&width: &f64| width.is_finite() && width >= 0.0;
+        let blend_width = parsed(file, name, "blend_width", "a width in metres", is_width)?;
+        let blend = blend_parts(&garment, blend_width)?;
+        let wrinkle = WrinkleModel {
+            held_out_loss: file.f64("wrinkle_held_out_loss", &[1])?[0],
+            frames,
+            blend_width,
+            blend,
+            mean,
+            basis,
+            std_devs,
+            total_variance,
         };
-        let wrinkle = WrinkleModel { frame, mean, basis, std_devs, total_variance };
         let dynamics = read_dynamics(file, name, wrinkles)?;
         let fps = parsed(file, name, "fps", "a positive number", |&fps: &f64| fps.is_finite() && fps > 0.0)?;
         let header = file.header();
@@ -239,10 +254,24 @@ fn read_dynamics(file: &ModelFile, name: &str, wrinkles: usize) -> Result<Dynami
     let options = InputOptions {
         gravity: parsed(file, name, "input_gravity", "true or false", anything)?,
         pelvis_turn: parsed(file, name, "input_pelvis_turn", "true or false", anything)?,
+        matrices: parsed(file, name, "input_matrices", "true or false", anything)?,
         // Which parts it chose is in the list of parts.
         neighbours: false,
+        centres: file.dimension("pose_centres")?,
     };
-    let inputs = PoseInputs::from_parts(parts, options);
+    let plain = PoseInputs::from_parts(parts, options, None);
+    let kernel = match options.centres {
+        0 => None,
+        centres => {
+            let centres = matrix(file, "pose_centres", centres, plain.plain_count())?;
+            let reach = file.f64("pose_reach", &[1])?[0];
+            if !(reach.is_finite() && reach > 0.0) {
+                return Err(IoError::field(name, "tensor \"pose_reach\"", "a positive number", reach).into());
+            }
+            Some(PoseKernel::new(centres, reach)?)
+        }
+    };
+    let inputs = PoseInputs::from_parts(plain.parts().to_vec(), options, kernel);
     let (pose, change) = (inputs.pose_count(), inputs.change_count());
     let mut rows = Vec::new();
     for (block, count) in BLOCKS.into_iter().zip([1, pose, wrinkles, wrinkles, change, change]) {

@@ -1,10 +1,10 @@
 //! How well the garment shape of an unseen body is predicted (DRAPE fig. 13).
 
-use modiste_core::{Matrix, Vec3, centroid, symmetric_eigen};
+use modiste_core::{Mat3, Matrix, Vec3, centroid, symmetric_eigen};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::gradient::area_weights;
+use super::gradient::{TangentFrames, area_weights};
 use super::shape::{ShapeOptions, anchor_offsets, apply_regression, regress, shape_gradients};
 use super::training_set::TrainingSet;
 use crate::GarmentError;
@@ -82,11 +82,11 @@ struct Fold {
 fn gram(set: &TrainingSet, area_weighted: bool) -> Matrix {
     let mut rows = shape_gradients(&set.garment, &set.shapes);
     let weights = if area_weighted { area_weights(&set.garment.topology, &set.garment.template) } else { Vec::new() };
+    let frames = TangentFrames::new(&set.garment.topology, &set.garment.template);
+    let identity = frames.flatten(&vec![Mat3::IDENTITY; set.garment.topology.face_count()]);
     for row in &mut rows {
-        for face in row.chunks_exact_mut(9) {
-            for diagonal in [0, 4, 8] {
-                face[diagonal] -= 1.0;
-            }
+        for (value, identity) in row.iter_mut().zip(&identity) {
+            *value -= identity;
         }
         for (value, weight) in row.iter_mut().zip(&weights) {
             *value *= weight.sqrt();

@@ -1,5 +1,6 @@
 //! The factored clothing model of DRAPE (Guan et al. 2012, §4; Guan 2013, ch. 5 §3).
 
+mod blend;
 mod dynamics;
 mod dynamics_training;
 mod features;
@@ -8,6 +9,7 @@ mod gradient;
 mod leave_one_out;
 mod load;
 mod model;
+mod pose_kernel;
 mod shape;
 mod synthesis;
 #[cfg(test)]
@@ -23,7 +25,8 @@ pub use features::{InputOptions, PoseInputs};
 pub use file::KIND;
 pub use leave_one_out::{LeaveOneOut, Placement, leave_one_out};
 pub use model::{DrapeModel, Provenance, TrainOptions};
+pub use pose_kernel::PoseKernel;
 pub use shape::{ShapeModel, ShapeOptions};
 pub use synthesis::{Projection, Synthesis, Wrinkles};
 pub use training_set::{Garment, PoseSequence, ShapeSample, TrainingSet};
-pub use wrinkle::{WrinkleFrame, WrinkleModel, WrinkleOptions, wrinkle_gradients};
+pub use wrinkle::{WrinkleModel, WrinkleOptions, wrinkle_gradients};

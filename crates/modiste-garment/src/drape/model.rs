@@ -64,7 +64,10 @@ impl DrapeModel {
         let (wrinkle, coefficients) = WrinkleModel::train(&set.garment, &set.sequences, &options.wrinkle)?;
         progress.advance(&stage, 2);
         let motions: Vec<_> = set.sequences.iter().map(|sequence| &sequence.motion).collect();
-        let (dynamics, training) = learn(&set.garment.face_parts, &motions, &coefficients, &options.dynamics)?;
+        let (mut dynamics, training) = learn(&set.garment.face_parts, &motions, &coefficients, &options.dynamics)?;
+        if options.dynamics.max_amplitude > 1.0 {
+            dynamics.amplify(&wrinkle.fine_gains());
+        }
         if training.spectral_radius < training.learned_spectral_radius {
             progress.warn(&format!(
                 "{stage}: the wrinkle dynamics had a spectral radius of {:.4} and were weighed down to {:.4}",

@@ -2,7 +2,7 @@
 
 use modiste_core::{Mat3, Matrix, Pca, QuantisedBasis, Vec3, deformation_gradients, ridge};
 
-use super::gradient::{PER_FACE, area_weights, flatten, gradient_of};
+use super::gradient::{TangentFrames, area_weights};
 use super::training_set::{Garment, ShapeSample};
 use crate::GarmentError;
 use crate::refine::anchors::offset;
@@ -30,6 +30,7 @@ impl Default for ShapeOptions {
 /// Garment shape from body shape: `D = U_d φ + μ_d`, `φ = W [β; 1]` (DRAPE eq. 4).
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeModel {
+    pub(crate) frames: TangentFrames,
     pub(crate) mean: Vec<f32>,
     pub(crate) basis: QuantisedBasis,
     pub(crate) std_devs: Vec<f64>,
@@ -61,6 +62,7 @@ impl ShapeModel {
         let basis = QuantisedBasis::from_f32(&pca.basis, pca.count(), pca.dimensions())
             .map_err(GarmentError::solve("basis of shapes"))?;
         Ok(Self {
+            frames: TangentFrames::new(&garment.topology, &garment.template),
             mean: pca.mean,
             basis,
             std_devs: pca.std_devs,
@@ -105,7 +107,7 @@ impl ShapeModel {
     pub fn gradients(&self, garment_shape: &[f64]) -> Vec<Mat3> {
         let mut row = vec![0.0; self.mean.len()];
         self.basis.expand(&self.mean, garment_shape, &mut row);
-        row.chunks_exact(PER_FACE).map(gradient_of).collect()
+        self.frames.gradients(&row)
     }
 }
 
@@ -113,7 +115,8 @@ impl ShapeModel {
 pub(crate) fn shape_gradients(garment: &Garment, samples: &[ShapeSample]) -> Vec<Vec<f32>> {
     let gradients =
         |sample: &ShapeSample| deformation_gradients(&garment.topology, &garment.template, &sample.vertices);
-    samples.iter().map(|sample| flatten(&gradients(sample))).collect()
+    let frames = TangentFrames::new(&garment.topology, &garment.template);
+    samples.iter().map(|sample| frames.flatten(&gradients(sample))).collect()
 }
 
 /// How far the anchors of every sample lie from those of its body (m), one row each.

@@ -6,9 +6,7 @@ use modiste_body::{Part, Pose};
 use modiste_core::{Mat3, Vec3};
 
 use super::dynamics::DynamicsState;
-use super::gradient::flatten;
 use super::model::DrapeModel;
-use super::wrinkle::{compose_all, wrinkle_gradients};
 use crate::GarmentError;
 use crate::refine::anchors::translation;
 
@@ -28,6 +26,7 @@ pub enum Wrinkles {
 pub struct Synthesis {
     model: Arc<DrapeModel>,
     kind: Wrinkles,
+    /// D of each face, to vectors in its tangent frame.
     shape_deformations: Vec<Mat3>,
     /// How far (m) the anchors lie from those of the body, seen from the part that they follow.
     offset: Vec3,
@@ -52,7 +51,8 @@ impl Synthesis {
             let wanted = format!("more than {largest} vertices, for the anchors of {}", model.garment.name);
             return Err(GarmentError::data("body", wanted, body_vertex_count));
         }
-        let shape_deformations = model.shape.gradients(&model.shape.predict(shape));
+        let mut shape_deformations = model.shape.gradients(&model.shape.predict(shape));
+        model.wrinkle.frames.clone().into_tangents(&mut shape_deformations);
         Ok(Self {
             kind: Wrinkles::default(),
             offset: model.shape.predict_offset(shape),
@@ -104,9 +104,7 @@ impl Synthesis {
     /// The vertices, from the expanded wrinkles.
     fn finish(&mut self, pose: &Pose, body: &[Vec3]) -> &[Vec3] {
         let model = &self.model;
-        let frame = model.wrinkle.frame;
-        let parts = &model.garment.face_parts;
-        compose_all(frame, pose, parts, &self.shape_deformations, &self.wrinkles, &mut self.gradients);
+        model.wrinkle.compose(pose, &self.shape_deformations, &self.wrinkles, &mut self.gradients);
         model.reconstruction.reconstruct(&self.gradients, &mut self.vertices);
         let offset = pose.world_rotations()[self.anchor_part.index()] * self.offset;
         let shift = translation(&model.garment.anchors, &self.vertices, body) + offset;
@@ -132,7 +130,8 @@ pub struct Projection {
 impl Projection {
     /// For the mean body, on which wrinkles are learned.
     pub fn new(model: Arc<DrapeModel>) -> Self {
-        let shape_deformations = vec![Mat3::IDENTITY; model.garment.topology.face_count()];
+        let mut shape_deformations = vec![Mat3::IDENTITY; model.garment.topology.face_count()];
+        model.wrinkle.frames.clone().into_tangents(&mut shape_deformations);
         let basis = model.wrinkle.basis.to_f32();
         let synthesis = Synthesis {
             kind: Wrinkles::default(),
@@ -151,8 +150,7 @@ impl Projection {
     /// The garment with the wrinkles that `truth` (m) has in this pose, as far as they lie in the learned space.
     pub fn project(&mut self, pose: &Pose, body: &[Vec3], truth: &[Vec3]) -> &[Vec3] {
         let wrinkle = &self.synthesis.model.wrinkle;
-        let gradients = wrinkle_gradients(&self.synthesis.model.garment, wrinkle.frame, pose, truth);
-        let flat = flatten(&gradients);
+        let flat = wrinkle.row_of(&self.synthesis.model.garment, pose, truth);
         let rows = self.basis.chunks_exact(flat.len().max(1));
         let along = |row: &[f32]| {
             let numbers = row.iter().zip(&flat).zip(&wrinkle.mean);

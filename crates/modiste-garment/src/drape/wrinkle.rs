@@ -1,29 +1,14 @@
 //! How the garment changes with the pose of the body, beyond the rotation of its parts (DRAPE §4.3).
 
+use modiste_body::scape::RotationBlend;
 use modiste_body::{Part, Pose};
-use modiste_core::{Mat3, Pca, QuantisedBasis, Vec3, deformation_gradients};
+use modiste_core::{Mat3, Pca, QuantisedBasis, Quat, Vec3, deformation_gradients};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 
-use super::features::root_rotation;
-use super::gradient::{PER_FACE, area_weights, flatten, gradient_of};
+use super::blend::blend_parts;
+use super::gradient::{PER_FACE, TangentFrames, area_weights, gradient_of_tangents};
 use super::training_set::{Garment, PoseSequence};
 use crate::GarmentError;
-
-/// The frame in which the pose-dependent deformations Q are written.
-///
-/// DRAPE eq. 2 is `A = Q R D` in the world. Left so, the same wrinkle has other numbers for every heading of the body,
-/// and a garment learned from people who walk towards +Z is wrong on those who walk towards +X. So Q is written in a
-/// frame that turns with the body.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum WrinkleFrame {
-    /// The paper's order, seen from the pelvis: `A = Γ Q Γ⁻¹ R_p D`.
-    Pelvis,
-    /// The order of SCAPE, in the frame of the face's own part: `A = R_p Q D`. Sleeves keep their wrinkles as arms swing.
-    #[default]
-    Part,
-}
 
 /// How the wrinkle space is learned.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,29 +17,38 @@ pub struct WrinkleOptions {
     pub variance: f64,
     /// Fewest coefficients.
     pub min_count: usize,
-    /// Most coefficients; each costs 9 bytes a face in the model file.
+    /// Most coefficients; each costs 6 bytes a face in the model file.
     pub max_count: usize,
-    /// Frame of the deformations.
-    pub frame: WrinkleFrame,
     /// Weighs each face by its area in the principal component analysis. The paper does not.
     pub area_weighted: bool,
+    /// Over what distance (m) the rotations of neighbouring parts pass into each other. 0 is the paper: a face turns with
+    /// one part, and Q has to mend the tear between two.
+    pub blend_width: f64,
 }
 
 impl Default for WrinkleOptions {
     fn default() -> Self {
-        Self { variance: 0.95, min_count: 30, max_count: 110, frame: WrinkleFrame::default(), area_weighted: false }
+        Self { variance: 0.95, min_count: 30, max_count: 165, area_weighted: false, blend_width: 0.05 }
     }
 }
 
 /// Principal components of the pose-dependent deformations: `Q = U_q ψ + μ_q`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WrinkleModel {
-    pub(crate) frame: WrinkleFrame,
+    pub(crate) frames: TangentFrames,
+    pub(crate) blend_width: f64,
+    pub(crate) blend: RotationBlend,
     pub(crate) mean: Vec<f32>,
     pub(crate) basis: QuantisedBasis<i8>,
     pub(crate) std_devs: Vec<f64>,
     pub(crate) total_variance: f64,
+    pub(crate) held_out_loss: f64,
 }
+
+/// Every so many sequences are held out to see what a space learned from the others loses of them, and every so many
+/// frames of the others are enough to learn it from.
+const HELD_OUT_STRIDE: usize = 4;
+const FRAME_STRIDE: usize = 2;
 
 impl WrinkleModel {
     /// Learns the space from all frames, and returns it with the coefficients of every frame of every sequence.
@@ -66,8 +60,10 @@ impl WrinkleModel {
         sequences: &[PoseSequence],
         options: &WrinkleOptions,
     ) -> Result<(Self, Vec<Vec<Vec<f64>>>), GarmentError> {
+        let blend = blend_parts(garment, options.blend_width)?;
+        let frames = TangentFrames::new(&garment.topology, &garment.template);
         let rows: Vec<Vec<Vec<f32>>> =
-            sequences.iter().map(|sequence| sequence_rows(garment, sequence, options.frame)).collect();
+            sequences.iter().map(|sequence| sequence_rows(garment, &blend, &frames, sequence)).collect();
         let samples: Vec<&[f32]> = rows.iter().flatten().map(Vec::as_slice).collect();
         if samples.len() < 2 {
             return Err(GarmentError::data("pose training set", "at least 2 frames", samples.len()));
@@ -83,8 +79,12 @@ impl WrinkleModel {
             rows.iter().map(|rows| rows.par_iter().map(|row| pca.project(row)).collect()).collect();
         let basis = QuantisedBasis::from_f32(&pca.basis, count, pca.dimensions())
             .map_err(GarmentError::solve("basis of wrinkles"))?;
+        let held_out_loss = held_out_loss(&rows, &weights, count)?;
         let model = Self {
-            frame: options.frame,
+            held_out_loss,
+            frames,
+            blend_width: options.blend_width,
+            blend,
             mean: pca.mean,
             basis,
             std_devs: pca.std_devs,
@@ -98,11 +98,6 @@ impl WrinkleModel {
         self.basis.count()
     }
 
-    /// Frame of the deformations.
-    pub fn frame(&self) -> WrinkleFrame {
-        self.frame
-    }
-
     /// Standard deviation of each ψ over the training frames.
     pub fn std_devs(&self) -> &[f64] {
         &self.std_devs
@@ -113,10 +108,69 @@ impl WrinkleModel {
         self.std_devs.iter().map(|sd| sd * sd).sum::<f64>() / self.total_variance
     }
 
-    /// Writes Q of all faces for given ψ as flat rows of nine.
+    /// Part of the variance of motions that were held out that as many coefficients, learned from the others, do not hold.
+    pub fn held_out_loss(&self) -> f64 {
+        self.held_out_loss
+    }
+
+    /// One factor per ψ that gives the folds which no ψ holds back to the finer ones of those that there are, so that all of
+    /// them together vary as much as in simulations of motions that were held out. The coarse ones, which hold half the
+    /// variance, stay.
+    pub(crate) fn fine_gains(&self) -> Vec<f64> {
+        let variances: Vec<f64> = self.std_devs.iter().map(|sd| sd * sd).collect();
+        let coarse = enough(&self.std_devs, 0.5 * self.total_variance, 0);
+        let fine: f64 = variances[coarse..].iter().sum();
+        let lost = self.held_out_loss * self.total_variance;
+        let gain = if fine > lost { (1.0 + lost / fine).sqrt() } else { 1.0 };
+        (0..variances.len()).map(|k| if k < coarse { 1.0 } else { gain }).collect()
+    }
+
+    /// Writes Q of all faces for given ψ as a flat row.
     pub(crate) fn expand(&self, wrinkles: &[f64], out: &mut [f32]) {
         self.basis.expand(&self.mean, wrinkles, out);
     }
+
+    /// Q of one frame on the mean body as a flat row.
+    pub(crate) fn row_of(&self, garment: &Garment, pose: &Pose, vertices: &[Vec3]) -> Vec<f32> {
+        self.frames.flatten(&wrinkle_gradients(garment, &self.blend, pose, vertices))
+    }
+
+    /// Writes the composed gradients `A = R Q D` of all faces. `shape_deformations` are D as
+    /// [`TangentFrames::into_tangents`] gives them, `wrinkles` a flat row.
+    pub(crate) fn compose(&self, pose: &Pose, shape_deformations: &[Mat3], wrinkles: &[f32], out: &mut [Mat3]) {
+        let turns = FaceTurns::new(&self.blend, pose);
+        let faces = out.iter_mut().zip(shape_deformations).zip(wrinkles.as_chunks::<PER_FACE>().0).enumerate();
+        for (face, ((out, shape_deformation), wrinkle)) in faces {
+            *out = turns.rotation(face) * (gradient_of_tangents(wrinkle) * *shape_deformation);
+        }
+    }
+}
+
+/// See [`WrinkleModel::held_out_loss`]. 0 where there are too few sequences to hold any out.
+fn held_out_loss(rows: &[Vec<Vec<f32>>], weights: &[f32], count: usize) -> Result<f64, GarmentError> {
+    if rows.len() < HELD_OUT_STRIDE {
+        return Ok(0.0);
+    }
+    let is_held_out = |sequence: usize| sequence % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1;
+    let kept = rows.iter().enumerate().filter(|(sequence, _)| !is_held_out(*sequence));
+    let kept: Vec<&[f32]> = kept.flat_map(|(_, rows)| rows.iter().step_by(FRAME_STRIDE)).map(Vec::as_slice).collect();
+    if kept.len() < 2 {
+        return Ok(0.0);
+    }
+    let pca = Pca::fit_weighted(&kept, weights, count).map_err(GarmentError::solve("PCA of wrinkles"))?;
+    let held_out = rows.iter().enumerate().filter(|(sequence, _)| is_held_out(*sequence));
+    let held_out: Vec<&Vec<f32>> = held_out.flat_map(|(_, rows)| rows.iter().step_by(FRAME_STRIDE)).collect();
+    let parts: Vec<[f64; 2]> = held_out
+        .par_iter()
+        .map(|row| {
+            let weight = |at: usize| weights.get(at).map_or(1.0, |&weight| f64::from(weight));
+            let squares = row.iter().zip(&pca.mean).map(|(x, mean)| (f64::from(*x) - f64::from(*mean)).powi(2));
+            let all: f64 = squares.enumerate().map(|(at, square)| weight(at) * square).sum();
+            [all, pca.project(row).iter().map(|value| value * value).sum()]
+        })
+        .collect();
+    let [all, found] = [0, 1].map(|of| parts.iter().map(|part| part[of]).sum::<f64>());
+    Ok(if all > 0.0 { (1.0 - found / all).clamp(0.0, 1.0) } else { 0.0 })
 }
 
 /// The fewest components whose variances add up to `wanted`, but at least `min_count` where there are so many.
@@ -130,71 +184,46 @@ fn enough(std_devs: &[f64], wanted: f64, min_count: usize) -> usize {
 }
 
 /// Q of every frame of a sequence as flat rows.
-pub(crate) fn sequence_rows(garment: &Garment, sequence: &PoseSequence, frame: WrinkleFrame) -> Vec<Vec<f32>> {
+pub(crate) fn sequence_rows(
+    garment: &Garment,
+    blend: &RotationBlend,
+    frames: &TangentFrames,
+    sequence: &PoseSequence,
+) -> Vec<Vec<f32>> {
     let poses = &sequence.motion.frames;
     poses
         .par_iter()
         .zip(&sequence.frames)
-        .map(|(pose, vertices)| flatten(&wrinkle_gradients(garment, frame, pose, vertices)))
+        .map(|(pose, vertices)| frames.flatten(&wrinkle_gradients(garment, blend, pose, vertices)))
         .collect()
 }
 
 /// Q of each face of one frame on the mean body, whose D is the identity.
-pub fn wrinkle_gradients(garment: &Garment, frame: WrinkleFrame, pose: &Pose, vertices: &[Vec3]) -> Vec<Mat3> {
-    let turns = PartTurns::new(frame, pose);
+///
+/// DRAPE eq. 2 is `A = Q R D` in the world. Left so, the same wrinkle has other numbers for every heading of the body, and
+/// a garment learned from people who walk towards +Z is wrong on those who walk towards +X. So Q is written in the frame
+/// that turns with the face, in the order of SCAPE, `A = R Q D`: sleeves keep their wrinkles as arms swing.
+pub fn wrinkle_gradients(garment: &Garment, blend: &RotationBlend, pose: &Pose, vertices: &[Vec3]) -> Vec<Mat3> {
+    let turns = FaceTurns::new(blend, pose);
     let gradients = deformation_gradients(&garment.topology, &garment.template, vertices);
-    gradients.iter().zip(&garment.face_parts).map(|(gradient, part)| turns.wrinkle(*gradient, *part)).collect()
+    gradients.iter().enumerate().map(|(face, gradient)| turns.rotation(face).transpose() * *gradient).collect()
 }
 
-/// The rotations of the parts of one pose, split as the wrinkle frame asks: `A = outer Q inner D`.
+/// The rotations R of the faces in one pose.
 #[derive(Debug, Clone)]
-pub(crate) struct PartTurns {
-    outer: [Mat3; Part::COUNT],
-    inner: [Mat3; Part::COUNT],
+struct FaceTurns<'a> {
+    blend: &'a RotationBlend,
+    quaternions: [Quat; Part::COUNT],
+    matrices: [Mat3; Part::COUNT],
 }
 
-impl PartTurns {
-    pub(crate) fn new(frame: WrinkleFrame, pose: &Pose) -> Self {
-        let world = pose.world_rotations();
-        match frame {
-            WrinkleFrame::Part => Self { outer: world, inner: [Mat3::IDENTITY; Part::COUNT] },
-            WrinkleFrame::Pelvis => {
-                let world_from_pelvis = Mat3::from_quat(root_rotation(pose));
-                let pelvis_from_world = world_from_pelvis.transpose();
-                Self { outer: [world_from_pelvis; Part::COUNT], inner: world.map(|part| pelvis_from_world * part) }
-            }
-        }
+impl<'a> FaceTurns<'a> {
+    fn new(blend: &'a RotationBlend, pose: &Pose) -> Self {
+        let quaternions = pose.world_quaternions();
+        Self { blend, quaternions, matrices: quaternions.map(Mat3::from_quat) }
     }
 
-    /// Q from A, with D the identity.
-    fn wrinkle(&self, gradient: Mat3, part: Part) -> Mat3 {
-        let part = part.index();
-        self.outer[part].transpose() * gradient * self.inner[part].transpose()
-    }
-
-    /// A = outer Q inner D of one face, with Q as a flat row of nine.
-    pub(crate) fn compose(&self, wrinkle: &[f32], part: Part, shape_deformation: &Mat3, frame: WrinkleFrame) -> Mat3 {
-        let part = part.index();
-        let wrinkle = gradient_of(wrinkle);
-        match frame {
-            WrinkleFrame::Part => self.outer[part] * (wrinkle * *shape_deformation),
-            WrinkleFrame::Pelvis => self.outer[part] * (wrinkle * (self.inner[part] * *shape_deformation)),
-        }
-    }
-}
-
-/// Writes the composed gradients A = Q R D of all faces (DRAPE eq. 2).
-pub(crate) fn compose_all(
-    frame: WrinkleFrame,
-    pose: &Pose,
-    face_parts: &[Part],
-    shape_deformations: &[Mat3],
-    wrinkles: &[f32],
-    out: &mut [Mat3],
-) {
-    let turns = PartTurns::new(frame, pose);
-    let faces = out.iter_mut().zip(face_parts).zip(shape_deformations).zip(wrinkles.chunks_exact(PER_FACE));
-    for (((out, part), shape_deformation), wrinkle) in faces {
-        *out = turns.compose(wrinkle, *part, shape_deformation, frame);
+    fn rotation(&self, face: usize) -> Mat3 {
+        self.blend.rotation(face, &self.quaternions, &self.matrices)
     }
 }

@@ -88,7 +88,7 @@ pub fn draft_shorts(gender: Gender) -> GradedPattern {
     let mut pattern = GradedPattern {
         garment: "shorts".to_owned(),
         gender: gender.name().to_owned(),
-        material: "twill".to_owned(),
+        material: "denim".to_owned(),
         template_size: hips.iter().position(|&h| h > block.centre - 0.5 * STEP).unwrap_or(0),
         sizes,
         fit: FitRule::Lower,
@@ -143,7 +143,7 @@ fn draft_size(block: &Block, hip: f64) -> [(Outline, Vec<String>); 2] {
     let side = 0.5 * (front + back - centre_front - centre_back - 0.5 * band);
     let back_raise = 0.040;
     let hip_line = 0.30 * rise;
-    let (front_taper, back_taper, side_taper) = (0.012, 0.030, 0.000);
+    let (front_taper, back_taper, side_taper) = (0.012, 0.030, -0.050);
 
     let seat = 0.42 * rise;
     // The front's outseam mirrors into the back's: same heights, same insets, so both sides are equally long.
