@@ -20,7 +20,7 @@ pub struct Bend {
 const RIGIDITY_OVER_TABLE: f64 = 0.25;
 
 /// Edges that a bending length must span: half a circle of that radius then takes five.
-pub(super) const EDGES_OF_BENDING_LENGTH: f64 = 1.5;
+const EDGES_OF_BENDING_LENGTH: f64 = 1.5;
 
 impl Bend {
     /// The same rigidity in every direction (N·m).
@@ -49,7 +49,7 @@ impl Bend {
     /// The rigidity that a mesh of edge length `edge_length` (m) can show under `weight` per area (N/m²).
     ///
     /// Cloth under its own weight folds with radii about its bending length `c = (B / w)^(1/3)`. Folds narrower than the
-    /// edges come out as noise of the mesh, so where c is below [`EDGES_OF_BENDING_LENGTH`] edges, all directions are made
+    /// edges come out as noise of the mesh, so where c is below one and a half edges, all directions are made
     /// stiffer alike until it is not. A finer mesh leaves the fabric as it is.
     #[must_use]
     pub fn resolved_by(&self, edge_length: f64, weight: f64) -> Self {

@@ -28,7 +28,13 @@ fn swatch(cells: usize) -> Result<Sheet, ClothError> {
 }
 
 fn free_options() -> SolverOptions {
-    SolverOptions { gravity: [0.0; 3], air_drag: 0.0, tolerance: 0.01, max_iterations: 300, ..SolverOptions::default() }
+    SolverOptions {
+        gravity: [0.0; 3],
+        air_drag: 0.0,
+        tolerance: 0.001,
+        max_iterations: 1000,
+        ..SolverOptions::default()
+    }
 }
 
 /// Lets sheets fly, spin and fall.
