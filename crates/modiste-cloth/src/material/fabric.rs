@@ -28,9 +28,9 @@ const YARN_LIMIT: f64 = 1.045;
 /// Modulus beyond the limit (N/m): a yarn under 20 N/m goes 1% further.
 const YARN_LIMIT_STIFFNESS: f64 = 2000.0;
 
-/// Relaxation times of the built-in fabrics (s), in place of the hysteresis that a fabric's yarns have by rubbing: at the
-/// pace of a walk, 1 Hz, 50 ms lose `2π · 0.05 = 0.3` of a bend's energy, about what bending testers find in knits and
-/// denim (2HB over B·κ of 0.3 to 0.6). Without it folds snap from one place to another and never the same way twice.
+/// Relaxation times of the built-in fabrics (s), in place of the hysteresis that a fabric's yarns have by rubbing; chosen,
+/// not measured. At the pace of a walk, 1 Hz, 50 ms are a loss factor of `2π · 0.05 = 0.3` in bending. With a tenth of it
+/// folds snap from one place to another: the same step of a walk, repeated, left them half as far again apart.
 const STRETCH_DAMPING: f64 = 20.0e-3;
 const BEND_DAMPING: f64 = 50.0e-3;
 
