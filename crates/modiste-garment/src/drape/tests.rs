@@ -122,6 +122,31 @@ fn the_factors_multiply_back_to_the_gradients() {
 }
 
 #[test]
+fn fine_wrinkles_make_up_for_those_that_none_holds() {
+    let set = training_set();
+    let train = |count: usize| {
+        let options = WrinkleOptions { max_count: count, min_count: count, ..options().wrinkle };
+        super::WrinkleModel::train(&set.garment, &set.sequences, &options).unwrap().0
+    };
+    let (few, many) = (train(3), train(12));
+    assert!(few.held_out_loss() > many.held_out_loss() && many.held_out_loss() >= 0.0, "more hold more");
+    let mut few = few;
+    few.std_devs = vec![2.0, 1.0, 0.5];
+    few.total_variance = 6.0;
+    few.held_out_loss = 0.1;
+    let gain = (1.0f64 + 0.6 / 1.25).sqrt();
+    assert!(few.fine_gains().iter().zip([1.0, gain, gain]).all(|(found, wanted)| (found - wanted).abs() < 1e-12));
+    few.held_out_loss = 0.9;
+    assert!(few.fine_gains().iter().all(|&found| found <= 2.0f64.sqrt() + 1e-12), "no variance more than doubles");
+}
+
+#[test]
+fn a_kernel_that_is_not_finite_is_refused() {
+    let centres = modiste_core::Matrix::from_rows(&[vec![0.0, f64::NAN], vec![1.0, 0.5]]);
+    assert!(super::PoseKernel::new(centres, 1.0).is_err());
+}
+
+#[test]
 fn leaving_one_out_agrees_with_training_again_on_the_others() {
     let set = training_set();
     let shape = ShapeOptions { count: 3, body_count: 5, ridge: 0.2, area_weighted: false };

@@ -21,7 +21,7 @@ pub struct WrinkleOptions {
     pub max_count: usize,
     /// Weighs each face by its area in the principal component analysis. The paper does not.
     pub area_weighted: bool,
-    /// Over what distance (m) the rotations of neighbouring parts pass into each other. 0 is the paper: a face turns with
+    /// The distance (m) over which the rotations of neighbouring parts pass into each other. 0 is the paper: a face turns with
     /// one part, and Q has to mend the tear between two.
     pub blend_width: f64,
 }
@@ -115,13 +115,13 @@ impl WrinkleModel {
 
     /// One factor per ψ that gives the folds which no ψ holds back to the finer ones of those that there are, so that all of
     /// them together vary as much as in simulations of motions that were held out. The coarse ones, which hold half the
-    /// variance, stay.
+    /// variance, stay, and no variance is more than doubled.
     pub(crate) fn fine_gains(&self) -> Vec<f64> {
         let variances: Vec<f64> = self.std_devs.iter().map(|sd| sd * sd).collect();
         let coarse = enough(&self.std_devs, 0.5 * self.total_variance, 0);
         let fine: f64 = variances[coarse..].iter().sum();
         let lost = self.held_out_loss * self.total_variance;
-        let gain = if fine > lost { (1.0 + lost / fine).sqrt() } else { 1.0 };
+        let gain = if fine > 0.0 { (1.0 + (lost / fine).min(1.0)).sqrt() } else { 1.0 };
         (0..variances.len()).map(|k| if k < coarse { 1.0 } else { gain }).collect()
     }
 
