@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use modiste::{
-    BodyPopulation, BodyTrain, Event, GarmentSimulate, GarmentTrain, Gender, Job, Outcome, Sources, run as run_job,
+    BodyPopulation, BodyTrain, Event, GarmentSimulate, GarmentTrain, Gender, Job, Outcome, PatternChoice, Sources,
+    run as run_job,
 };
 
 use crate::shell::workspace_root;
@@ -82,7 +83,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             let training = training_folder(gender, garment);
             make(Job::GarmentSimulate(GarmentSimulate {
                 gender,
-                garment: garment.to_owned(),
+                pattern: PatternChoice::BuiltIn(garment.to_owned()),
                 bodies: DRAPED_BODIES,
                 seed: GARMENT_SEED,
                 sources: sources.clone(),

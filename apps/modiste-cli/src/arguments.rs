@@ -1,12 +1,12 @@
 //! The words of the command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiste::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Dress, GarmentSimulate, GarmentTrain, Gender,
-    Job, Length, MotionChoice, Quantity, Sources,
+    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Dress, GarmentEvaluate, GarmentLearn,
+    GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, PatternChoice, Quantity, Sources,
 };
 
 /// Dressed virtual people, learned from data.
@@ -57,6 +57,14 @@ enum GarmentCommand {
     /// Dress many bodies and one moving body by physics: what a garment is learned from. Resumes where it was stopped.
     #[command(after_help = "Example:\n  modiste garment simulate tshirt --gender male")]
     Simulate(SimulateArguments),
+    /// From a sewing pattern to a learned garment: simulate, learn and measure. Resumes where it was stopped.
+    #[command(
+        after_help = "Example:\n  modiste garment learn --pattern skirt2_specification.json --gender female --out skirt.safetensors\n  modiste garment learn pants --gender male --out pants.safetensors"
+    )]
+    Learn(LearnArguments),
+    /// Measure a learned garment against physics on bodies and motions that it was not learned from.
+    #[command(after_help = "Example:\n  modiste garment evaluate skirt.safetensors")]
+    Evaluate(EvaluateArguments),
     /// Learn a garment from its training set.
     #[command(
         after_help = "Example:\n  modiste garment train training/garments/male-tshirt --out assets/male-tshirt.safetensors"
@@ -74,7 +82,7 @@ struct DressArguments {
     /// A motion that the program makes itself.
     #[arg(long, value_enum, default_value = "walk")]
     action: ActionName,
-    /// Garments, with commas between; `none` for the bare body.
+    /// Garments, with commas between: names of those that ship, or model files; `none` for the bare body.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "tshirt,shorts")]
     garments: Vec<String>,
     /// Number of frames (30 a second); otherwise all of the file, or 4 seconds.
@@ -151,10 +159,75 @@ struct TrainArguments {
     json: bool,
 }
 
+/// Which garment.
+#[derive(Debug, Args)]
+struct PatternArguments {
+    /// A built-in pattern: `tshirt`, `longsleeve`, `shorts`, `pants` or `skirt`.
+    #[arg(value_name = "GARMENT", required_unless_present = "pattern", conflicts_with_all = ["pattern", "name", "fabric"])]
+    garment: Option<String>,
+    /// A pattern file: GarmentCode's specification, or ours with its sizes.
+    #[arg(long, value_name = "FILE")]
+    pattern: Option<PathBuf>,
+    /// What the garment is called; otherwise like the file.
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Its fabric; otherwise jersey for tops, twill for the rest.
+    #[arg(long, value_name = "NAME")]
+    fabric: Option<String>,
+}
+
+#[derive(Debug, Args)]
+struct LearnArguments {
+    #[command(flatten)]
+    pattern: PatternArguments,
+    /// Whose bodies.
+    #[arg(long, value_enum, default_value = "female")]
+    gender: GenderName,
+    /// Number of bodies that are dressed.
+    #[arg(long, default_value_t = 60)]
+    bodies: usize,
+    /// Number of bodies beside the mean one that the garment is measured on.
+    #[arg(long, default_value_t = 4)]
+    trial_bodies: usize,
+    /// Seed of their shapes.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Folder with captured motions (`mocap`); it may be absent.
+    #[arg(long, value_name = "FOLDER", default_value = "../shared/data")]
+    data: PathBuf,
+    /// Folder for the training set; otherwise `training/garments/<gender>-<garment>`.
+    #[arg(long, value_name = "FOLDER")]
+    training: Option<PathBuf>,
+    /// The model file.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct EvaluateArguments {
+    /// The model file.
+    model: PathBuf,
+    /// Its training set, to measure its shape on bodies left out; otherwise what the model file says of it.
+    #[arg(long, value_name = "FOLDER")]
+    training: Option<PathBuf>,
+    /// Number of bodies beside the mean one.
+    #[arg(long, default_value_t = 4)]
+    bodies: usize,
+    /// Folder with captured motions (`mocap`).
+    #[arg(long, value_name = "FOLDER", default_value = "../shared/data")]
+    data: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
 #[derive(Debug, Args)]
 struct SimulateArguments {
-    /// A built-in pattern: `tshirt` or `shorts`.
-    garment: String,
+    #[command(flatten)]
+    pattern: PatternArguments,
     /// Whose bodies.
     #[arg(long, value_enum, default_value = "female")]
     gender: GenderName,
@@ -261,6 +334,13 @@ impl Arguments {
             Command::Body(BodyCommand::Population(arguments)) => Job::BodyPopulation(arguments.job()),
             Command::Body(BodyCommand::Train(arguments)) => Job::BodyTrain(arguments.job()),
             Command::Garment(GarmentCommand::Simulate(arguments)) => Job::GarmentSimulate(arguments.job()),
+            Command::Garment(GarmentCommand::Learn(arguments)) => Job::GarmentLearn(arguments.job()),
+            Command::Garment(GarmentCommand::Evaluate(arguments)) => Job::GarmentEvaluate(GarmentEvaluate {
+                model: arguments.model.clone(),
+                training: arguments.training.clone(),
+                bodies: arguments.bodies,
+                sources: sources(&arguments.data),
+            }),
             Command::Garment(GarmentCommand::Train(arguments)) => {
                 Job::GarmentTrain(GarmentTrain { training: arguments.training.clone(), out: arguments.out.clone() })
             }
@@ -276,6 +356,8 @@ impl Arguments {
             Command::Body(BodyCommand::Population(arguments)) => arguments.json,
             Command::Body(BodyCommand::Train(arguments)) => arguments.json,
             Command::Garment(GarmentCommand::Simulate(arguments)) => arguments.json,
+            Command::Garment(GarmentCommand::Learn(arguments)) => arguments.json,
+            Command::Garment(GarmentCommand::Evaluate(arguments)) => arguments.json,
             Command::Garment(GarmentCommand::Train(arguments)) => arguments.json,
         }
     }
@@ -337,16 +419,54 @@ impl TrainArguments {
 impl SimulateArguments {
     fn job(&self) -> GarmentSimulate {
         let gender: Gender = self.gender.into();
-        let folder = format!("training/garments/{}-{}", gender.name(), self.garment);
+        let pattern = self.pattern.choice();
         GarmentSimulate {
             gender,
-            garment: self.garment.clone(),
+            out: self.out.clone().unwrap_or_else(|| training_folder(gender, &pattern)),
+            pattern,
             bodies: self.bodies,
             seed: self.seed,
-            sources: Sources { makehuman: None, data: self.data.clone() },
-            out: self.out.clone().unwrap_or_else(|| folder.into()),
+            sources: sources(&self.data),
         }
     }
+}
+
+impl LearnArguments {
+    fn job(&self) -> GarmentLearn {
+        let gender: Gender = self.gender.into();
+        let pattern = self.pattern.choice();
+        GarmentLearn {
+            gender,
+            training: self.training.clone().unwrap_or_else(|| training_folder(gender, &pattern)),
+            pattern,
+            bodies: self.bodies,
+            seed: self.seed,
+            sources: sources(&self.data),
+            trial_bodies: self.trial_bodies,
+            out: self.out.clone(),
+        }
+    }
+}
+
+impl PatternArguments {
+    fn choice(&self) -> PatternChoice {
+        match &self.pattern {
+            Some(path) => {
+                PatternChoice::File { path: path.clone(), name: self.name.clone(), fabric: self.fabric.clone() }
+            }
+            None => PatternChoice::BuiltIn(self.garment.clone().unwrap_or_default()),
+        }
+    }
+}
+
+/// Captured motions and whatever else is in a folder of data.
+fn sources(data: &Path) -> Sources {
+    Sources { makehuman: None, data: data.to_owned() }
+}
+
+/// Where a training set lies unless another folder is named.
+fn training_folder(gender: Gender, pattern: &PatternChoice) -> PathBuf {
+    PathBuf::from(format!("training/garments/{}-{}", gender.name(), pattern.garment()))
 }
 
 impl SourceArguments {
@@ -415,7 +535,7 @@ impl From<ActionName> for Action {
 mod tests {
     use super::Arguments;
     use clap::{CommandFactory, Parser};
-    use modiste::{BodyChoice, Dress, Job, Length, Quantity};
+    use modiste::{BodyChoice, Dress, Job, Length, PatternChoice, Quantity};
 
     fn job(words: &str) -> Job {
         Arguments::try_parse_from(words.split_whitespace()).unwrap().job().unwrap()
@@ -443,6 +563,20 @@ mod tests {
     }
 
     #[test]
+    fn a_pattern_is_named_or_a_file() {
+        let Job::GarmentLearn(learn) = job("modiste garment learn pants --gender male --out p.safetensors") else {
+            panic!()
+        };
+        assert_eq!(learn.pattern, PatternChoice::BuiltIn("pants".into()));
+        assert!(learn.training.ends_with("training/garments/male-pants"));
+        let Job::GarmentLearn(learn) = job("modiste garment learn --pattern a/robe.json --fabric denim --out r") else {
+            panic!()
+        };
+        assert!(matches!(&learn.pattern, PatternChoice::File { fabric: Some(fabric), .. } if fabric == "denim"));
+        assert!(learn.training.ends_with("female-robe"));
+    }
+
+    #[test]
     fn contradictions_and_unknown_words_are_refused() {
         for words in [
             "modiste dress --shape 1 --height 1.8",
@@ -451,6 +585,8 @@ mod tests {
             "modiste dress --measure neck_girth=wide",
             "modiste dress --action swim",
             "modiste dress --motion a.bvh --action walk",
+            "modiste garment learn --out a.safetensors",
+            "modiste garment learn skirt --pattern skirt.json --out a.safetensors",
         ] {
             assert!(Arguments::try_parse_from(words.split_whitespace()).is_err(), "{words}");
         }

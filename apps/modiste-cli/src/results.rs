@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use modiste::{Dressed, MadePopulation, Outcome};
+use modiste::{Dressed, EvaluatedGarment, MadePopulation, Outcome, SimulatedGarment};
 
 /// What a person reads at the end.
 pub(crate) fn text(outcome: &Outcome) -> String {
@@ -20,14 +20,14 @@ pub(crate) fn text(outcome: &Outcome) -> String {
             trained.file.display(),
             trained.bytes as f64 / 1e6
         ),
-        Outcome::SimulatedGarment(made) => {
-            let mut text = format!("{} bodies, {} motions of {} frames", made.bodies, made.sequences, made.frames);
-            for dropped in &made.dropped {
-                let _always_ok = write!(text, "\nleft out {dropped}");
-            }
-            let _always_ok = write!(text, "\nwrote {}", made.folder.display());
-            text
-        }
+        Outcome::SimulatedGarment(made) => simulated_text(made),
+        Outcome::LearnedGarment(learned) => format!(
+            "{}\n{}\nwrote {}",
+            simulated_text(&learned.simulated),
+            evaluated_text(&learned.evaluated),
+            learned.file.display()
+        ),
+        Outcome::EvaluatedGarment(evaluated) => evaluated_text(evaluated),
         Outcome::TrainedGarment(trained) => format!(
             "learned from {} bodies and {} frames, spectral radius of the dynamics {:.4}\nwrote {} ({:.1} MB)",
             trained.shapes,
@@ -37,6 +37,77 @@ pub(crate) fn text(outcome: &Outcome) -> String {
             trained.bytes as f64 / 1e6
         ),
     }
+}
+
+fn simulated_text(made: &SimulatedGarment) -> String {
+    let mut text = format!("{} bodies, {} motions of {} frames", made.bodies, made.sequences, made.frames);
+    for dropped in &made.dropped {
+        let _always_ok = write!(text, "\nleft out {dropped}");
+    }
+    let _always_ok = write!(text, "\nwrote {}", made.folder.display());
+    text
+}
+
+fn evaluated_text(made: &EvaluatedGarment) -> String {
+    let evaluation = &made.evaluation;
+    let mut text = format!("{}, {:.1} MB", made.garment, made.bytes as f64 / 1e6);
+    if let Some(shape) = &evaluation.shape
+        && let (Some(count), Some(error)) = (shape.body_counts.last(), shape.mean_error.last())
+    {
+        let _always_ok = write!(
+            text,
+            "\nshape on bodies left out: {:.1} mm at {count} body coefficients (mean garment {:.1} mm)",
+            1e3 * error,
+            1e3 * shape.mean_garment_error
+        );
+    }
+    let _always_ok = write!(
+        text,
+        "\nwrinkles: {} coefficients, {:.0} % of the variance, spectral radius {:.4}",
+        evaluation.wrinkle_count,
+        100.0 * evaluation.wrinkle_variance,
+        evaluation.spectral_radius
+    );
+    if made.mean_body.frames + made.other_bodies.frames > 0 {
+        text += &motions_table(made);
+    }
+    for dropped in &evaluation.dropped {
+        let _always_ok = write!(text, "\nleft out {dropped}");
+    }
+    text
+}
+
+/// Every motion against physics, and the means.
+fn motions_table(made: &EvaluatedGarment) -> String {
+    let mut text = String::new();
+    let _always_ok = write!(
+        text,
+        "\n{:<24}{:>6}{:>8}{:>16}{:>12}{:>20}",
+        "motion", "body", "frames", "dynamic (mm)", "static (mm)", "curvature ratio"
+    );
+    for motion in made.evaluation.mean_body.iter().chain(&made.evaluation.other_bodies) {
+        let body = if motion.body == 0 { "mean".to_owned() } else { motion.body.to_string() };
+        let _always_ok = write!(
+            text,
+            "\n{:<24}{body:>6}{:>8}{:>16.1}{:>12.1}{:>20.2}",
+            motion.motion,
+            motion.frames,
+            1e3 * motion.error,
+            1e3 * motion.static_error,
+            motion.curvature[1] / motion.curvature[0].max(f64::MIN_POSITIVE)
+        );
+    }
+    for (name, mean) in [("all, mean body", made.mean_body), ("all, other bodies", made.other_bodies)] {
+        let _always_ok = write!(
+            text,
+            "\n{name:<30}{:>8}{:>16.1}{:>12.1}{:>20.2}",
+            mean.frames,
+            1e3 * mean.error,
+            1e3 * mean.static_error,
+            mean.curvature_ratio
+        );
+    }
+    text
 }
 
 fn population_text(made: &MadePopulation) -> String {

@@ -115,6 +115,64 @@ fn damaged_motions_are_refused() {
     assert_eq!(walk(folder.path()).len(), 3, "nothing but the bad files is there");
 }
 
+/// A skirt of two rectangles in centimetres, as GarmentCode draws one.
+const SKIRT: &str = r#"{"pattern": {"panels": {
+    "front": {"translation": [-27, 56, 25], "rotation": [0, 0, 0], "label": "leg", "vertices": [[0, 0], [54, 0], [54, 40], [0, 40]],
+        "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]},
+    "back": {"translation": [-27, 56, -20], "rotation": [0, 0, 0], "label": "leg", "vertices": [[0, 0], [0, 40], [54, 40], [54, 0]],
+        "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]}, {"endpoints": [2, 3]}, {"endpoints": [3, 0]}]}},
+    "stitches": [[{"panel": "front", "edge": 3}, {"panel": "back", "edge": 0}], [{"panel": "front", "edge": 1}, {"panel": "back", "edge": 2}]]},
+    "properties": {"units_in_meter": 100, "curvature_coords": "relative"}}"#;
+
+#[test]
+fn patterns_that_cannot_be_worn_are_refused_before_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let learn = |name: &str, text: &str, wanted: &str| {
+        let file = write(folder.path(), name, text);
+        let words = ["garment", "learn", "--pattern", &file, "--out", "skirt.safetensors"];
+        refused_in(folder.path(), &words, wanted);
+        std::fs::remove_file(file).unwrap();
+    };
+    let changed = |from: &str, to: &str| {
+        assert!(SKIRT.contains(from), "{from}");
+        SKIRT.replacen(from, to, 1)
+    };
+    learn("empty.json", "", "empty.json");
+    learn("half.json", &SKIRT[..SKIRT.len() / 2], "half.json");
+    learn("list.json", "[1, 2]", "list.json");
+    learn(
+        "bare.json",
+        r#"{"pattern": {"panels": {}}, "properties": {"units_in_meter": 100, "curvature_coords": "relative"}}"#,
+        "panel",
+    );
+    learn("small.json", &changed(": 100,", ": 10000,"), "units_in_meter");
+    learn("large.json", &changed(": 100,", ": 1,"), "units_in_meter");
+    learn("zero.json", &changed(": 100,", ": 0,"), "units_in_meter");
+    learn("crossed.json", &changed("[54, 0], [54, 40], [0, 40]]", "[54, 40], [54, 0], [0, 40]]"), "front");
+    learn("flat.json", &changed("[54, 40], [0, 40]]", "[54, 0], [0, 0]]"), "front");
+    learn("seam.json", &changed("[0, 40], [54, 40], [54, 0]]", "[0, 4], [54, 4], [54, 0]]"), "cannot be closed");
+    learn("twice.json", &changed(r#""panel": "back", "edge": 2"#, r#""panel": "front", "edge": 1"#), "the same twice");
+    learn("edge.json", &changed(r#""panel": "back", "edge": 2"#, r#""panel": "back", "edge": 9"#), "stitch 1");
+    learn("panel.json", &changed(r#""panel": "back", "edge": 2"#, r#""panel": "side", "edge": 2"#), "stitch 1");
+    learn("corner.json", &changed(r#""endpoints": [1, 2]"#, r#""endpoints": [1, 7]"#), "front");
+    learn("number.json", &changed("[54, 40]", "[54, 1e999]"), "number.json");
+    learn(
+        "ours.json",
+        &changed(r#""properties""#, r#""modiste": {"schema": "modiste-pattern-9"}, "properties""#),
+        "modiste",
+    );
+    let words = ["garment", "learn", "cape", "--out", "cape.safetensors"];
+    refused_in(folder.path(), &words, "no pattern named cape; there are tshirt, longsleeve, shorts, pants, skirt");
+    refused_in(folder.path(), &["garment", "learn", "--pattern", "absent.json", "--out", "x"], "absent.json");
+    let file = write(folder.path(), "skirt.json", SKIRT);
+    let words = ["garment", "learn", "--pattern", &file, "--fabric", "tin", "--out", "x"];
+    refused_in(folder.path(), &words, "no fabric `tin`; known: ");
+    let words = ["garment", "learn", "--pattern", &file, "--out", &format!("{file}/below")];
+    refused_in(folder.path(), &words, "skirt.json");
+    refused_in(folder.path(), &["garment", "evaluate", &file], "skirt.json");
+    assert_eq!(walk(folder.path()).len(), 1, "nothing but the pattern is there");
+}
+
 #[test]
 fn folders_that_cannot_be_written_are_refused_before_work() {
     let folder = tempfile::tempdir().unwrap();
@@ -157,6 +215,8 @@ fn help_shows_an_example_of_everything() {
         &["body", "train", "--help"],
         &["garment", "simulate", "--help"],
         &["garment", "train", "--help"],
+        &["garment", "learn", "--help"],
+        &["garment", "evaluate", "--help"],
     ] {
         let output = modiste(words, folder.path());
         assert!(output.status.success());

@@ -5,10 +5,12 @@
 
 pub mod drape;
 mod error;
+mod evaluation;
 mod outfit;
 pub mod refine;
 pub mod report;
 
 pub use drape::{DrapeModel, Garment, Synthesis, TrainOptions, TrainingSet, Wrinkles};
 pub use error::GarmentError;
+pub use evaluation::{Evaluation, MeanFigures, MotionFigures};
 pub use outfit::{FrameReport, LayerReport, Outfit, Wearer};

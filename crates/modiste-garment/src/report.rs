@@ -63,23 +63,24 @@ fn quantile(values: &[f64], part: f64) -> f64 {
 
 /// Makes a simulated sequence again with and without dynamics and compares wrinkles and vertices.
 ///
-/// `posed_body` writes the vertices of the body that the garment was simulated on. The garment is compared as it is
-/// synthesised, before the fit.
+/// `shape` is β of the body that the garment was simulated on, empty for the mean body, and `posed_body` writes its vertices.
+/// The garment is compared as it is synthesised, before the fit; wrinkles are projected for the mean body alone.
 ///
 /// # Errors
 /// A body that does not fit the model.
 pub fn evaluate_sequence(
     model: &Arc<DrapeModel>,
     sequence: &PoseSequence,
+    shape: &[f64],
     posed_body: &dyn Fn(&Pose, &mut Vec<Vec3>),
 ) -> Result<SequenceReport, GarmentError> {
     let topology = &model.garment().topology;
     let curvature = |x: &[Vec3]| mean(&mean_curvature(topology, x));
     let mut body = Vec::new();
     sequence.motion.frames.first().into_iter().for_each(|pose| posed_body(pose, &mut body));
-    let start = |kind| Ok::<_, GarmentError>(Synthesis::new(model.clone(), &[], body.len())?.with_wrinkles(kind));
+    let start = |kind| Ok::<_, GarmentError>(Synthesis::new(model.clone(), shape, body.len())?.with_wrinkles(kind));
     let (mut dynamic, mut fixed) = (start(Wrinkles::Dynamic)?, start(Wrinkles::Static)?);
-    let mut projection = Projection::new(model.clone());
+    let mut projection = shape.is_empty().then(|| Projection::new(model.clone()));
     let mut report = SequenceReport {
         name: sequence.name.clone(),
         garment: model.garment().name.clone(),
@@ -89,11 +90,13 @@ pub fn evaluate_sequence(
         posed_body(pose, &mut body);
         report.physics.curvature.push(curvature(truth));
         report.physics.error.push(0.0);
-        for (made, figures) in [
-            (dynamic.step(pose, &body), &mut report.dynamic),
-            (fixed.step(pose, &body), &mut report.fixed),
-            (projection.project(pose, &body, truth), &mut report.projected),
-        ] {
+        let projected = projection.as_mut().map(|p| (p.project(pose, &body, truth), &mut report.projected));
+        let made = [
+            Some((dynamic.step(pose, &body), &mut report.dynamic)),
+            Some((fixed.step(pose, &body), &mut report.fixed)),
+            projected,
+        ];
+        for (made, figures) in made.into_iter().flatten() {
             figures.curvature.push(curvature(made));
             let distance = made.iter().zip(truth).map(|(made, truth)| made.distance(*truth)).sum::<f64>();
             figures.error.push(distance / truth.len() as f64);

@@ -92,6 +92,25 @@ pub fn create_folder(path: impl AsRef<Path>) -> Result<(), IoError> {
     fs::create_dir_all(path).map_err(|source| IoError::file("create the folder", path, source))
 }
 
+/// Asks now whether a file could be written, for work after which it would be too late. Nothing is left behind.
+///
+/// # Errors
+/// [`IoError::File`] with the path and the reason.
+pub fn check_writable(path: impl AsRef<Path>) -> Result<(), IoError> {
+    let path = path.as_ref();
+    let failed = |source| IoError::file("write", path, source);
+    if path.is_dir() {
+        return Err(failed(io::Error::new(io::ErrorKind::IsADirectory, "it is a folder, not a file")));
+    }
+    // Missing folders will be made, so the first that is there has to allow it.
+    let mut place = path.parent();
+    while let Some(folder) = place.filter(|folder| !folder.as_os_str().is_empty() && !folder.exists()) {
+        place = folder.parent();
+    }
+    let place = place.filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    tempfile::Builder::new().prefix(".modiste-").tempfile_in(place).map(drop).map_err(failed)
+}
+
 /// The entries of a folder, sorted by name.
 ///
 /// # Errors
@@ -158,7 +177,7 @@ pub(crate) fn read_bounded(mut reader: impl Read, limit: u64) -> io::Result<Vec<
 
 #[cfg(test)]
 mod tests {
-    use super::{list_folder, read_bounded, read_bytes, write_atomically, write_bytes};
+    use super::{check_writable, list_folder, read_bounded, read_bytes, write_atomically, write_bytes};
     use std::io::{self, Write};
 
     #[test]
@@ -185,6 +204,11 @@ mod tests {
         assert!(error.contains("plain"), "{error}");
         assert!(write_bytes("/", b"x").unwrap_err().to_string().contains("names no file"));
         assert!(read_bytes(folder.path()).unwrap_err().to_string().contains("folder"));
+        let refused = |path: &str| check_writable(folder.path().join(path)).unwrap_err().to_string();
+        assert!(refused("plain/below").contains("plain"), "{}", refused("plain/below"));
+        assert!(refused("").contains("folder"));
+        check_writable(folder.path().join("new/deep/file")).unwrap();
+        assert_eq!(list_folder(folder.path()).unwrap().len(), 1);
     }
 
     #[test]

@@ -30,8 +30,8 @@ mod text;
 pub use bvh::{BvhClip, BvhJoint, Channel};
 pub use error::IoError;
 pub use file::{
-    FileWriter, create_folder, exists, file_size, list_folder, read_bytes, read_text, remove_file, unpacked,
-    write_atomically, write_bytes,
+    FileWriter, check_writable, create_folder, exists, file_size, list_folder, read_bytes, read_text, remove_file,
+    unpacked, write_atomically, write_bytes,
 };
 pub use hash::hash;
 pub use staged::StagedFolder;

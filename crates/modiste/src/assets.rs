@@ -9,6 +9,9 @@ use crate::JobError;
 /// Name of the environment variable that says where the models are.
 pub const ASSETS_VARIABLE: &str = "MODISTE_ASSETS";
 
+/// How the files of models end.
+const ENDING: &str = ".safetensors";
+
 /// A folder of trained models: `body-<gender>.safetensors` and `<gender>-<garment>.safetensors`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Assets {
@@ -59,11 +62,14 @@ impl Assets {
         self.folder.join(format!("body-{}.safetensors", gender.name()))
     }
 
-    /// The model of a garment for a gender.
+    /// The model of a garment for a gender; a name with a `/` or the ending `.safetensors` is a file of its own.
     ///
     /// # Errors
     /// [`JobError::UnknownGarment`] lists those that there are.
     pub fn garment(&self, gender: Gender, name: &str) -> Result<PathBuf, JobError> {
+        if name.contains(std::path::MAIN_SEPARATOR) || name.ends_with(ENDING) {
+            return Ok(PathBuf::from(name));
+        }
         let known = self.garments(gender)?;
         if known.iter().any(|garment| garment == name) {
             return Ok(self.folder.join(format!("{}-{name}.safetensors", gender.name())));
@@ -117,6 +123,10 @@ mod tests {
         let error = assets.garment(Gender::Female, "cape").unwrap_err().to_string();
         assert_eq!(error, "there is no garment `cape` for a female body; known: shorts, tshirt");
         assert!(assets.garment(Gender::Male, "shorts").is_err());
+        assert_eq!(
+            assets.garment(Gender::Male, "./cape.safetensors").unwrap(),
+            std::path::Path::new("./cape.safetensors")
+        );
     }
 
     #[test]

@@ -7,6 +7,7 @@ use modiste_body::measure::MeasureError;
 use modiste_body::population::PopulationError;
 use modiste_body::{BodyError, Gender};
 use modiste_cloth::ClothError;
+use modiste_cloth::pattern::PatternError;
 use modiste_cloth::training_set::TrainingError;
 use modiste_garment::GarmentError;
 use modiste_io::IoError;
@@ -46,6 +47,9 @@ pub enum JobError {
     /// Cloth cannot be cut, sewn or simulated.
     #[error(transparent)]
     Cloth(#[from] ClothError),
+    /// A sewing pattern cannot be used.
+    #[error(transparent)]
+    Pattern(#[from] PatternError),
     /// A training set cannot be made.
     #[error(transparent)]
     Training(#[from] TrainingError),

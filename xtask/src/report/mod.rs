@@ -2,6 +2,7 @@
 
 mod fit;
 mod garment_shape;
+mod garments;
 mod make;
 mod page;
 mod physics;
@@ -38,6 +39,32 @@ pub(crate) struct Arguments {
 enum Which {
     /// The main job, end to end.
     Main,
+    /// Every learned garment against physics on bodies and motions that it was not learned from.
+    Garments,
+}
+
+impl Which {
+    /// Name of the report, of its command and of its folder.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Main => "main",
+            Self::Garments => "garments",
+        }
+    }
+
+    fn title(self) -> &'static str {
+        match self {
+            Self::Main => "What the main job shows",
+            Self::Garments => "What the learned garments are worth",
+        }
+    }
+
+    fn sections(self) -> &'static [Section] {
+        match self {
+            Self::Main => &MAIN,
+            Self::Garments => &GARMENTS,
+        }
+    }
 }
 
 /// One topic: its name, which is also its file's, and what measures it.
@@ -46,7 +73,9 @@ struct Section {
     measure: fn() -> Result<Page>,
 }
 
-const SECTIONS: [Section; 8] = [
+const GARMENTS: [Section; 1] = [Section { name: "garments", measure: garments::measure }];
+
+const MAIN: [Section; 8] = [
     Section { name: "population", measure: population::measure },
     Section { name: "scape", measure: scape::measure },
     Section { name: "make", measure: make::measure },
@@ -64,26 +93,27 @@ struct Report {
     sections: BTreeMap<String, Page>,
 }
 
-/// Measures, and writes `calibration/main/`.
+/// Measures, and writes `calibration/<report>/`.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
-    let Which::Main = arguments.report;
+    let which = arguments.report;
+    let sections = which.sections();
     for name in &arguments.only {
-        let known = || SECTIONS.map(|section| section.name).join(", ");
+        let known = || sections.iter().map(|section| section.name).collect::<Vec<_>>().join(", ");
         ensure!(
-            SECTIONS.iter().any(|section| section.name == name),
+            sections.iter().any(|section| section.name == name),
             "there is no section `{name}`; known: {}",
             known()
         );
     }
-    let folder = workspace_root().join("calibration/main");
+    let folder = workspace_root().join("calibration").join(which.name());
     let wanted = |name: &str| arguments.only.is_empty() || arguments.only.iter().any(|only| only == name);
     let mut failures = Vec::new();
-    for section in SECTIONS.iter().filter(|section| wanted(section.name)) {
+    for section in sections.iter().filter(|section| wanted(section.name)) {
         println!("measuring {}", section.name);
         match (section.measure)().with_context(|| format!("section {}", section.name)) {
             Ok(page) => {
                 page.print();
-                keep(&folder, section.name, page)?;
+                keep(which, &folder, section.name, page)?;
             }
             Err(error) => failures.push(sentence(&error)),
         }
@@ -99,7 +129,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
 }
 
 /// Puts a section among those of earlier runs, as soon as it is measured: a long run that is stopped loses nothing.
-fn keep(folder: &Path, name: &str, page: Page) -> Result<()> {
+fn keep(which: Which, folder: &Path, name: &str, page: Page) -> Result<()> {
     let file = folder.join("report.json");
     let mut sections: BTreeMap<String, Page> =
         if modiste_io::exists(&file) { modiste_io::json::read::<Report>(&file)?.sections } else { BTreeMap::new() };
@@ -109,22 +139,24 @@ fn keep(folder: &Path, name: &str, page: Page) -> Result<()> {
     sections.insert(name.to_owned(), page);
     let report = Report { machine: Machine::this(), sections };
     modiste_io::json::write(&file, &report)?;
-    modiste_io::write_bytes(folder.join("report.md"), markdown(&report).as_bytes())?;
+    modiste_io::write_bytes(folder.join("report.md"), markdown(which, &report).as_bytes())?;
     Ok(())
 }
 
 /// The report as a page: all claims first, then the sections in their order.
-fn markdown(report: &Report) -> String {
-    let mut text = String::from(
-        "# What the main job shows\n\nWritten by `cargo xtask report main`; the figures are in `report.json`. Bodies and \
-         motions here were not trained on.\n\n",
+fn markdown(which: Which, report: &Report) -> String {
+    let mut text = format!(
+        "# {}\n\nWritten by `cargo xtask report {}`; the figures are in `report.json`. Bodies and motions here were not \
+         trained on.\n\n",
+        which.title(),
+        which.name()
     );
     text += &format!(
         "Machine: {}, {} threads, {}.\n\n",
         report.machine.processor, report.machine.threads, report.machine.system
     );
     text += "| claim | target | found | met |\n|---|---|---|---|\n";
-    let pages = || SECTIONS.iter().filter_map(|section| report.sections.get(section.name));
+    let pages = || which.sections().iter().filter_map(|section| report.sections.get(section.name));
     for claim in pages().flat_map(|page| &page.claims) {
         let met = if claim.met { "yes" } else { "**no**" };
         text += &format!("| {} | {} | {} | {met} |\n", claim.what, claim.target, claim.found);

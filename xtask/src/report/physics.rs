@@ -1,10 +1,12 @@
 //! Whether the simulation that garments are learned from can be trusted.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::Result;
 use modiste_body::{Gender, ScapeModel, motion::generate};
 use modiste_cloth::dress::TailorOptions;
+use modiste_cloth::pattern::known;
 use modiste_cloth::training_set::Wardrobe;
 use modiste_cloth::validate::figures;
 use serde::{Deserialize, Serialize};
@@ -142,7 +144,8 @@ fn costs(page: &mut Page) -> Result<()> {
     let mut costs = Vec::new();
     for garment in GARMENTS {
         let what = format!("{garment}: the mean body can be dressed");
-        let wardrobe = match Wardrobe::new(&model, garment, TailorOptions::default()) {
+        let wardrobe = match Wardrobe::new(&model, Arc::new(known(garment, Gender::Female)?), TailorOptions::default())
+        {
             Ok(wardrobe) => wardrobe,
             Err(error) => {
                 page.claim(&what, "yes".to_owned(), error.to_string(), false);

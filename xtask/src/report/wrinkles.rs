@@ -1,9 +1,12 @@
 //! Whether the learned dynamics keep the wrinkles of the simulation (DRAPE fig. 11 d).
 
+use std::sync::Arc;
+
 use anyhow::{Result, ensure};
 use modiste::Sources;
 use modiste_body::Gender;
 use modiste_cloth::dress::TailorOptions;
+use modiste_cloth::pattern::known;
 use modiste_cloth::training_set::{Wardrobe, held_out_sequences};
 use modiste_core::Silent;
 use modiste_garment::drape::PoseSequence;
@@ -42,7 +45,8 @@ pub(super) fn measure() -> Result<Page> {
         for garment in &garments {
             let name = format!("{} {}", gender.name(), garment.garment().name);
             let what = format!("{name}: the mean body can be dressed and simulated");
-            let tailor = match Wardrobe::new(&model, &garment.garment().name, TailorOptions::default()) {
+            let pattern = Arc::new(known(&garment.garment().name, gender)?);
+            let tailor = match Wardrobe::new(&model, pattern, TailorOptions::default()) {
                 Ok(tailor) => tailor,
                 Err(error) => {
                     page.claim(&what, "yes".to_owned(), error.to_string(), false);
@@ -63,8 +67,9 @@ pub(super) fn measure() -> Result<Page> {
                     name: motion.name.clone(),
                     motion: simulation.motion.clone(),
                     frames: simulation.frames.clone(),
+                    body_anchors: simulation.body_anchors.clone(),
                 };
-                let report = evaluate_sequence(garment, &sequence, &|pose, out| body.pose(pose, out))?;
+                let report = evaluate_sequence(garment, &sequence, &[], &|pose, out| body.pose(pose, out))?;
                 rows.push(describe(&mut page, &name, &report)?);
                 reports.push(report);
             }

@@ -187,14 +187,15 @@ impl CutGarment {
         &self.seam_pairs
     }
 
-    /// Panel-space position (m) of each loose vertex in a size, as drawn.
-    pub fn points(&self, size: usize) -> &[Vec2] {
-        &self.points[size]
+    /// Panel-space position (m) of each loose vertex in a size, as drawn; between two sizes on the way from one to the other.
+    pub fn points(&self, size: f64) -> Vec<Vec2> {
+        let ([lower, upper], share) = self.pattern.between(size);
+        self.points[lower].iter().zip(&self.points[upper]).map(|(a, b)| a.lerp(*b, share)).collect()
     }
 
     /// Rest shape of each face in a size: corners in panel space (m) seen from outside, counter-clockwise.
-    pub fn rest_faces(&self, size: usize) -> Vec<[Vec2; 3]> {
-        let points = &self.points[size];
+    pub fn rest_faces(&self, size: f64) -> Vec<[Vec2; 3]> {
+        let points = self.points(size);
         let mut rest = Vec::with_capacity(self.loose.face_count());
         for (panel, range) in self.face_ranges().enumerate() {
             let sense = self.pattern.panels[panel].orientation();
@@ -368,10 +369,8 @@ fn face_parts(pattern: &GradedPattern, panels: &[PanelMesh]) -> Vec<Part> {
     for (mesh, panel) in panels.iter().zip(&pattern.panels) {
         parts.extend(mesh.faces.iter().map(|face| {
             let height = face.iter().map(|&v| mesh.points[v as usize].y).sum::<f64>() / 3.0;
-            match &panel.lower_part {
-                Some(lower) if height < lower.below[pattern.template_size] => lower.part,
-                _ => panel.part,
-            }
+            let lower = panel.lower_parts.iter().rev().find(|lower| height < lower.below[pattern.template_size]);
+            lower.map_or(panel.part, |lower| lower.part)
         }));
     }
     parts
@@ -407,7 +406,7 @@ fn weld(count: usize, pairs: &[[u32; 2]]) -> (Vec<u32>, usize) {
 #[cfg(test)]
 mod tests {
     use super::CutGarment;
-    use crate::pattern::{GARMENTS, builtin};
+    use crate::pattern::{GARMENTS, Girths, builtin};
     use modiste_body::{Gender, Part};
     use modiste_core::boundary_loops;
     use std::sync::Arc;
@@ -419,10 +418,10 @@ mod tests {
     #[test]
     fn sewn_garments_are_surfaces_with_the_right_openings() {
         for gender in Gender::ALL {
-            for (garment, openings) in GARMENTS.iter().zip([4, 3]) {
+            for (garment, openings) in GARMENTS.iter().zip([4, 4, 3, 3, 2]) {
                 let cut = cut(garment, gender, 0.03);
                 let topology = cut.topology();
-                // Neck, hem and two sleeves; waist and two legs.
+                // Neck, hem and two sleeves; waist and two legs; waist and hem.
                 assert_eq!(boundary_loops(topology).len(), openings, "{garment}");
                 let (v, e, f) = (topology.vertex_count(), topology.edges().len(), topology.face_count());
                 // A sphere with n holes has V - E + F = 2 - n.
@@ -443,12 +442,30 @@ mod tests {
     fn rest_faces_face_outward_and_keep_the_area_of_the_size() {
         let cut = cut("tshirt", Gender::Male, 0.03);
         for size in [0, 6, 16] {
-            let rest = cut.rest_faces(size);
+            let rest = cut.rest_faces(size as f64);
             let area: f64 = rest.iter().map(|r| crate::pattern::signed_area(r)).sum();
             assert!(rest.iter().all(|r| crate::pattern::signed_area(r) > 0.0));
             let outlines: f64 = cut.pattern().panels.iter().map(|p| p.outlines[size].signed_area().abs()).sum();
             assert!((area / outlines - 1.0).abs() < 0.01, "{area} {outlines}");
         }
+    }
+
+    #[test]
+    fn sizes_between_are_on_the_way_from_one_to_the_next() {
+        let cut = cut("shorts", Gender::Female, 0.03);
+        let pattern = cut.pattern();
+        let girths = |hip: f64| Girths { chest: 0.9, waist: hip - 0.2, hip };
+        // A centimetre of hip is a quarter of a step of four, wherever it is.
+        for hip in [0.90, 0.93, 1.0, 1.21] {
+            let step = pattern.choose_size(&girths(hip + 0.01)) - pattern.choose_size(&girths(hip));
+            assert!((step - 0.25).abs() < 1e-9, "{hip} {step}");
+        }
+        assert!(pattern.choose_size(&girths(0.5)).abs() < 1e-12);
+        assert!((pattern.choose_size(&girths(2.0)) - (pattern.sizes.len() - 1) as f64).abs() < 1e-12);
+        let area = |size: f64| cut.rest_faces(size).iter().map(|r| crate::pattern::signed_area(r)).sum::<f64>();
+        let [small, between, large] = [4.0, 4.3, 5.0].map(area);
+        assert!((between - (0.7 * small + 0.3 * large)).abs() < 1e-3 * small, "{small} {between} {large}");
+        assert_eq!((pattern.size_name(4.3), pattern.size_name(4.6)), ("94", "98"));
     }
 
     #[test]
@@ -465,7 +482,7 @@ mod tests {
         // The two sides of each seam have segments of equal length in every size.
         for garment in [&shirt, &shorts] {
             for size in 0..garment.pattern().sizes.len() {
-                let points = garment.points(size);
+                let points = garment.points(size as f64);
                 for pair in garment.seam_pairs().windows(2) {
                     let [a, b] =
                         [0, 1].map(|side| points[pair[0][side] as usize].distance(points[pair[1][side] as usize]));

@@ -6,9 +6,6 @@ use super::Mannequin;
 use crate::cut::CutGarment;
 use crate::{Attachment, BodyCollider};
 
-/// The band sits this share of the stature below the waist (at the navel).
-const BELOW_WAIST: f64 = 0.017;
-
 /// The front of the band sits lower than the back, per metre of depth.
 const TILT: f64 = 0.10;
 
@@ -33,14 +30,14 @@ const SPACING_ROUNDS: usize = 60;
 /// Along the band the holds are spaced as its cloth is, so that it is gathered evenly.
 pub(super) fn hold(
     cut: &CutGarment,
-    size: usize,
+    size: f64,
     positions: &[Vec3],
     body: &Mannequin,
     collider: &BodyCollider,
 ) -> Vec<Attachment> {
     let (ring, lengths) = ring(cut, size);
     let count = ring.len();
-    let height = body.waist_height() - BELOW_WAIST * body.stature();
+    let height = cut.pattern().band * body.stature();
     let mut places: Vec<Vec3> = ring.iter().map(|&v| positions[v as usize]).collect();
     let middle = places.iter().map(|p| p.z).sum::<f64>() / count.max(1) as f64;
     let level = |p: Vec3| Vec3::new(p.x, height - TILT * (p.z - middle), p.z);
@@ -63,7 +60,7 @@ pub(super) fn hold(
 }
 
 /// The band's vertices in order around the waist, and the rest length from each to the next (m).
-fn ring(cut: &CutGarment, size: usize) -> (Vec<u32>, Vec<f64>) {
+fn ring(cut: &CutGarment, size: f64) -> (Vec<u32>, Vec<f64>) {
     let lengths = waist_edges(cut, size);
     let mut links: Vec<([u32; 2], f64)> =
         cut.waist_band().iter().zip(&lengths).map(|(&pair, (_, [a, b]))| (pair, a.distance(*b))).collect();
@@ -90,7 +87,7 @@ pub(super) fn band_vertices(cut: &CutGarment) -> Vec<u32> {
 /// The rest faces of a size with the band gathered (or let out) to the length of the holds on this body.
 pub(super) fn gathered_rest_faces(
     cut: &CutGarment,
-    size: usize,
+    size: f64,
     holds: &[Attachment],
     body: &Mannequin,
 ) -> Vec<[Vec2; 3]> {
@@ -122,7 +119,7 @@ pub(super) fn gathered_rest_faces(
 }
 
 /// The segments of the band's edges in panel space, with their panel.
-fn waist_edges(cut: &CutGarment, size: usize) -> Vec<(usize, [Vec2; 2])> {
+fn waist_edges(cut: &CutGarment, size: f64) -> Vec<(usize, [Vec2; 2])> {
     let points = cut.points(size);
     let mut edges = Vec::new();
     for id in &cut.pattern().waist_band {

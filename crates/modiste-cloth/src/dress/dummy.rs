@@ -158,7 +158,7 @@ mod tests {
     /// between their surfaces.
     fn check(dressed: &Dressed) {
         let mut quality = dressed.quality.clone();
-        assert!(200 * quality.inside < dressed.state.positions.len(), "{quality:?}");
+        assert!(100 * quality.inside < dressed.state.positions.len(), "{quality:?}");
         quality.inside = 0;
         quality.check().unwrap();
     }

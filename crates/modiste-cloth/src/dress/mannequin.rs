@@ -2,14 +2,18 @@
 
 use std::sync::Arc;
 
-use modiste_body::{Body, Part};
+use modiste_body::{Body, Gender, Part};
 use modiste_core::{Topology, Vec2, Vec3};
 
+use super::place::{crotch_line, shoulder_line};
 use crate::BodyPoint;
-use crate::pattern::Girths;
+use crate::pattern::{Girths, Wearer};
 
 /// Height of the waist (at the navel) over stature: 0.602 for women, 0.601 for men in ANSUR II.
 const WAIST_SHARE: f64 = 0.6015;
+
+/// Half width (m) of a neck, where the shoulders of an ungraded top are placed.
+const NECK_HALF: f64 = 0.09;
 
 /// A body in the template pose.
 #[derive(Debug, Clone)]
@@ -61,6 +65,19 @@ impl Mannequin {
     /// Height of the waist (m).
     pub fn waist_height(&self) -> f64 {
         WAIST_SHARE * self.stature()
+    }
+
+    /// What grading a pattern that was drawn for this body needs to know.
+    pub fn wearer(&self, gender: Gender) -> Wearer {
+        Wearer {
+            gender,
+            girths: self.girths(),
+            shoulder: shoulder_line(self, NECK_HALF),
+            stature: self.stature(),
+            crotch: crotch_line(self),
+            knee: self.joint(Part::LeftShin).y,
+            upper_arm: self.joint(Part::LeftUpperArm).distance(self.joint(Part::LeftForearm)),
+        }
     }
 
     /// Height of the crotch (m): the lowest point of the trunk and thighs in the middle plane.

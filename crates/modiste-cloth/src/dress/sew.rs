@@ -21,6 +21,10 @@ const CLOSING_FRAMES: usize = 30;
 /// Frames after which sewing is given up.
 const MAX_FRAMES: usize = 150;
 
+/// Seams that resist, gathered ones above all, are pulled twice as hard after so many further frames, up to a limit.
+const HARDENING_FRAMES: usize = 12;
+const HARDEST: f64 = 64.0;
+
 /// Frames over which the thin body grows to its size inside the sewn garment.
 const GROWING_FRAMES: usize = 30;
 
@@ -50,7 +54,7 @@ pub struct Sewn {
 /// Seams that do not close to [`SEAM_TOLERANCE`], or what the physics refuses.
 pub fn sew(
     cut: &CutGarment,
-    size: usize,
+    size: f64,
     body: &Mannequin,
     fabric: &Fabric,
     solver: SolverOptions,
@@ -89,7 +93,7 @@ pub fn sew(
 /// Loose positions with all seams closed, the widest gap left (m), and the frames it took.
 fn close_seams(
     cut: &CutGarment,
-    size: usize,
+    size: f64,
     body: &Mannequin,
     thin: &[Vec3],
     fabric: &Fabric,
@@ -105,8 +109,11 @@ fn close_seams(
     let mut widest = f64::INFINITY;
     for frame in 1..=MAX_FRAMES {
         let share = (1.0 - frame as f64 / CLOSING_FRAMES as f64).max(0.0);
+        let doublings = frame.saturating_sub(CLOSING_FRAMES) / HARDENING_FRAMES;
+        let stiffness = Seam::STIFFNESS * 2f64.powi(doublings as i32).min(HARDEST);
         for (seam, gap) in model.seams.iter_mut().zip(&gaps) {
             seam.rest_length = share * gap;
+            seam.stiffness = stiffness;
         }
         solver.step(&model, &mut state, &mut collider, FRAME_TIME)?;
         widest = cut.seam_pairs().iter().map(|&pair| gap(&state.positions, pair)).fold(0.0, f64::max);

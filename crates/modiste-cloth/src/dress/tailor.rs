@@ -57,8 +57,8 @@ pub struct Tailor {
 /// A garment on a body, at rest.
 #[derive(Debug, Clone)]
 pub struct Dressed {
-    /// Index of the size.
-    pub size: usize,
+    /// The size: an index into those of the pattern, or between two.
+    pub size: f64,
     /// The cloth.
     pub state: ClothState,
     /// The physics of the garment in this size on this body: what [`crate::Solver`] steps on.
@@ -97,7 +97,8 @@ impl Tailor {
     ///
     /// # Errors
     /// A pattern that cannot be cut, or a material that is not known.
-    pub fn new(pattern: Arc<GradedPattern>, options: TailorOptions) -> Result<Self, DressError> {
+    pub fn new(pattern: Arc<GradedPattern>, mut options: TailorOptions) -> Result<Self, DressError> {
+        options.solver.self_contact |= pattern.self_contact;
         let Some(mut fabric) = Fabric::from_name(&pattern.material) else {
             return Err(DressError::Fabric(pattern.material.clone()));
         };
@@ -156,7 +157,7 @@ impl Tailor {
         let pattern = self.cut.pattern();
         SewnGarment {
             name: pattern.garment.clone(),
-            size: pattern.sizes[dressed.size].name.clone(),
+            size: pattern.size_name(dressed.size).to_owned(),
             topology: Arc::clone(self.cut.topology()),
             rest_faces: self.cut.rest_faces(dressed.size),
             face_parts: self.cut.face_parts().to_vec(),
@@ -168,7 +169,7 @@ impl Tailor {
 
     fn settle(
         &self,
-        size: usize,
+        size: f64,
         start: Vec<Vec3>,
         holds: Vec<Attachment>,
         body: &Mannequin,

@@ -89,6 +89,19 @@ impl Curve {
             .collect()
     }
 
+    /// The same curve walked from its end to its start.
+    pub fn reversed(&self) -> Self {
+        let turn = |v: Vec2| Vec2::new(1.0 - v.x, -v.y);
+        match *self {
+            Self::Line => Self::Line,
+            Self::Quadratic(c) => Self::Quadratic(turn(c)),
+            Self::Cubic(c1, c2) => Self::Cubic(turn(c2), turn(c1)),
+            Self::Arc { radius, large, counter_clockwise } => {
+                Self::Arc { radius, large, counter_clockwise: !counter_clockwise }
+            }
+        }
+    }
+
     /// Mirrored across a line: perpendicular offsets change sign.
     pub fn mirrored(&self) -> Self {
         let flip = |v: Vec2| Vec2::new(v.x, -v.y);

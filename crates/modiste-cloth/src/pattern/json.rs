@@ -24,6 +24,14 @@ const DECIMALS: f64 = 1e6;
 /// Why a pattern file was refused.
 #[derive(Debug, thiserror::Error)]
 pub enum PatternError {
+    /// There is no pattern of that name.
+    #[error("there is no pattern named {name}; there are {known}")]
+    Unknown {
+        /// The name asked for.
+        name: String,
+        /// The names that there are.
+        known: String,
+    },
     /// Not a pattern file.
     #[error(transparent)]
     File(#[from] IoError),
@@ -49,6 +57,24 @@ pub enum PatternError {
     },
 }
 
+fn plain_seams() -> f64 {
+    GradedPattern::PLAIN_SEAMS
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_plain(gather: &f64) -> bool {
+    (gather - GradedPattern::PLAIN_SEAMS).abs() < 1e-9
+}
+
+fn low_waist() -> f64 {
+    GradedPattern::LOW_WAIST
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks for a reference")]
+fn is_low_waist(band: &f64) -> bool {
+    (band - GradedPattern::LOW_WAIST).abs() < 1e-9
+}
+
 /// Our member.
 #[derive(Debug, Serialize, Deserialize)]
 struct Extension {
@@ -58,6 +84,12 @@ struct Extension {
     material: String,
     licence: String,
     fit: FitRule,
+    #[serde(default = "plain_seams", skip_serializing_if = "is_plain")]
+    gather: f64,
+    #[serde(default = "low_waist", skip_serializing_if = "is_low_waist")]
+    band: f64,
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    self_contact: bool,
     template_size: usize,
     sizes: Vec<Size>,
     panels: Vec<GradedPanel>,
@@ -71,8 +103,10 @@ struct GradedPanel {
     name: String,
     wrap: Wrap,
     part: Part,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    lower_part: Option<LowerPart>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    lower_parts: Vec<LowerPart>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    covers: Vec<Part>,
     grading: Vec<Grade>,
 }
 
@@ -159,6 +193,9 @@ impl GradedPattern {
             sizes: extension.sizes,
             template_size: extension.template_size,
             fit: extension.fit,
+            gather: extension.gather,
+            band: extension.band,
+            self_contact: extension.self_contact,
             panels,
             stitches,
             waist_band,
@@ -189,6 +226,9 @@ impl GradedPattern {
             material: self.material.clone(),
             licence: "Apache-2.0 OR MIT".to_owned(),
             fit: self.fit,
+            gather: self.gather,
+            band: self.band,
+            self_contact: self.self_contact,
             template_size: self.template_size,
             sizes: self.sizes.iter().map(rounded_size).collect(),
             panels: self
@@ -198,7 +238,8 @@ impl GradedPattern {
                     name: p.name.clone(),
                     wrap: p.wrap,
                     part: p.part,
-                    lower_part: p.lower_part.clone(),
+                    lower_parts: p.lower_parts.clone(),
+                    covers: p.covers.clone(),
                     grading: p.outlines.iter().map(grade).collect(),
                 })
                 .collect(),
@@ -271,6 +312,8 @@ fn flat_translation(wrap: Wrap) -> [f64; 3] {
     match wrap {
         Wrap::TorsoFront => [0.0, 1.40, 0.30],
         Wrap::TorsoBack => [0.0, 1.40, -0.25],
+        Wrap::HipFront => [0.0, 0.78, 0.30],
+        Wrap::HipBack => [0.0, 0.78, -0.25],
         Wrap::LeftArm => [0.45, 1.35, 0.0],
         Wrap::RightArm => [-0.45, 1.35, 0.0],
         Wrap::LeftLegFront => [0.02, 0.78, 0.25],
@@ -295,11 +338,12 @@ fn panel_from(flat: &garmentcode::Panel, graded: GradedPanel, units: f64) -> Pan
         outlines,
         wrap: graded.wrap,
         part: graded.part,
-        lower_part: graded.lower_part,
+        lower_parts: graded.lower_parts,
+        covers: graded.covers,
     }
 }
 
-fn curve_from(curvature: Option<&Curvature>, units: f64) -> Curve {
+pub(super) fn curve_from(curvature: Option<&Curvature>, units: f64) -> Curve {
     let point = |[x, y]: [f64; 2]| Vec2::new(x, y);
     match curvature {
         None => Curve::Line,
@@ -371,8 +415,8 @@ mod tests {
         assert_eq!(again.waist_band, pattern.waist_band);
         for (a, b) in again.panels.iter().zip(&pattern.panels) {
             assert_eq!(
-                (&a.name, &a.edge_labels, a.wrap, &a.lower_part),
-                (&b.name, &b.edge_labels, b.wrap, &b.lower_part)
+                (&a.name, &a.edge_labels, a.wrap, &a.lower_parts),
+                (&b.name, &b.edge_labels, b.wrap, &b.lower_parts)
             );
             for (p, q) in a.outlines.iter().zip(&b.outlines) {
                 assert!(p.vertices.iter().zip(&q.vertices).all(|(v, w)| v.distance(*w) < 1e-7));

@@ -3,18 +3,20 @@
 mod builtin;
 mod check;
 mod curve;
-mod draft;
+mod drafts;
 mod json;
+mod ungraded;
 
 use modiste_body::Part;
 use modiste_core::Vec2;
 use serde::{Deserialize, Serialize};
 
-pub use builtin::{GARMENTS, builtin};
-pub use check::{MAX_SEAM_MISMATCH, PatternFault};
+pub use builtin::{GARMENTS, builtin, draft, known};
+pub use check::PatternFault;
 pub use curve::Curve;
-pub use draft::{draft_shorts, draft_tshirt};
+pub use drafts::{draft_longsleeve, draft_pants, draft_shorts, draft_skirt, draft_tshirt};
 pub use json::PatternError;
+pub use ungraded::Wearer;
 
 /// A garment as flat panels in every size, with its seams.
 #[derive(Debug, Clone, PartialEq)]
@@ -31,6 +33,12 @@ pub struct GradedPattern {
     pub template_size: usize,
     /// How a size is chosen for a body.
     pub fit: FitRule,
+    /// The longer side of a seam may be at most so many times as long as the other: above 1 it is gathered, or eased in.
+    pub gather: f64,
+    /// Height of the waist band over stature.
+    pub band: f64,
+    /// Whether the cloth has to be kept from passing through itself: what hangs free folds onto itself.
+    pub self_contact: bool,
     /// The panels.
     pub panels: Vec<Panel>,
     /// Pairs of edges to be sewn.
@@ -93,11 +101,13 @@ pub struct Panel {
     pub wrap: Wrap,
     /// The body part that the panel moves with.
     pub part: Part,
-    /// The part that the lower portion moves with, and the panel height (m) below which it does, in each size.
-    pub lower_part: Option<LowerPart>,
+    /// Lower portions that move with other parts, from top to bottom.
+    pub lower_parts: Vec<LowerPart>,
+    /// Further parts that may lie under any of the panel: a skirt hangs around both thighs.
+    pub covers: Vec<Part>,
 }
 
-/// The lower portion of a panel.
+/// A lower portion of a panel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LowerPart {
     /// The body part that the portion moves with.
@@ -122,6 +132,8 @@ pub struct Outline {
 pub enum Wrap {
     TorsoFront,
     TorsoBack,
+    HipFront,
+    HipBack,
     LeftArm,
     RightArm,
     LeftLegFront,
@@ -210,27 +222,52 @@ impl Panel {
 }
 
 impl GradedPattern {
+    /// [`Self::band`] a little below the navel, whose height is 0.602 of the stature for women and 0.601 for men in ANSUR II.
+    pub const LOW_WAIST: f64 = 0.5845;
+
     /// Index of the panel with this name.
     pub fn panel(&self, name: &str) -> Option<usize> {
         self.panels.iter().position(|panel| panel.name == name)
     }
 
-    /// Index of the size for a body with these girths: the one nearest to the largest demand of its girths.
-    pub fn choose_size(&self, body: &Girths) -> usize {
+    /// The size for a body with these girths: where the largest demand of its girths is met, between sizes as a rule (3.4 is
+    /// two fifths of the way from size 3 to size 4). A garment in whole sizes has an ease that jumps from body to body.
+    pub fn choose_size(&self, body: &Girths) -> f64 {
         let demand = |size: &Size| match self.fit {
             FitRule::Upper => (body.chest - size.chest_girth)
                 .max(body.waist - size.waist_girth - 0.09)
                 .max(body.hip - size.hip_girth - 0.04),
             FitRule::Lower => (body.hip - size.hip_girth).max(body.waist - size.waist_girth - 0.08),
         };
-        let mut best = (0, f64::INFINITY);
-        for (index, size) in self.sizes.iter().enumerate() {
-            let miss = demand(size).abs();
-            if miss < best.1 {
-                best = (index, miss);
+        let demands: Vec<f64> = self.sizes.iter().map(demand).collect();
+        match demands.iter().position(|&demand| demand <= 0.0) {
+            Some(0) => 0.0,
+            Some(wide) => {
+                let [narrow_by, wide_by] = [demands[wide - 1], demands[wide]];
+                (wide - 1) as f64 + narrow_by / (narrow_by - wide_by)
             }
+            None => demands.len().saturating_sub(1) as f64,
         }
-        best.0
+    }
+
+    /// The two neighbours of a size and the share of the second.
+    pub(crate) fn between(&self, size: f64) -> ([usize; 2], f64) {
+        let last = self.sizes.len().saturating_sub(1);
+        let lower = (size.max(0.0).floor() as usize).min(last);
+        ([lower, (lower + 1).min(last)], (size - lower as f64).clamp(0.0, 1.0))
+    }
+
+    /// Name of the size nearest to `size`.
+    pub fn size_name(&self, size: f64) -> &str {
+        let ([lower, upper], share) = self.between(size);
+        &self.sizes[if share < 0.5 { lower } else { upper }].name
+    }
+
+    /// The grading points (m) of a panel in a size.
+    pub(crate) fn corners(&self, panel: usize, size: f64) -> Vec<Vec2> {
+        let ([lower, upper], share) = self.between(size);
+        let [lower, upper] = [lower, upper].map(|size| &self.panels[panel].outlines[size].vertices);
+        lower.iter().zip(upper).map(|(a, b)| a.lerp(*b, share)).collect()
     }
 }
 

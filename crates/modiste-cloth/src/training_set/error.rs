@@ -12,15 +12,7 @@ use crate::pattern::PatternError;
 /// Why a training set could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum TrainingError {
-    /// There is no pattern of that name.
-    #[error("there is no garment named {name}; there are {known}")]
-    Garment {
-        /// The name asked for.
-        name: String,
-        /// The names that there are.
-        known: String,
-    },
-    /// The pattern in the program is damaged.
+    /// The pattern cannot be used.
     #[error(transparent)]
     Pattern(#[from] PatternError),
     /// The body cannot be made or moved.

@@ -14,6 +14,9 @@ use super::wardrobe::{Simulation, Wardrobe, rotations};
 /// Version of the folder's format.
 pub(super) const SCHEMA: &str = "modiste-training-set-1";
 
+/// The pattern that the garment was sewn from.
+const PATTERN_FILE: &str = "pattern.json";
+
 /// `manifest.json`: what the set is and what of it is finished.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(super) struct Manifest {
@@ -64,7 +67,7 @@ pub struct Dropped {
 #[derive(Debug, Clone)]
 pub(super) struct ShapePiece {
     pub(super) shape: Vec<f64>,
-    pub(super) size: usize,
+    pub(super) size: f64,
     pub(super) stretch: f64,
     pub(super) vertices: Vec<Vec3>,
 }
@@ -106,7 +109,7 @@ impl Folder {
         self.path.join(format!("pose-{name}.npz"))
     }
 
-    /// Writes what is constant: mesh, parts, template, band, anchors, texture coordinates.
+    /// Writes what is constant: mesh, parts, template, band, anchors, texture coordinates, pattern.
     pub(super) fn write_garment(&self, wardrobe: &Wardrobe) -> Result<(), IoError> {
         let garment = wardrobe.tailor().garment(wardrobe.template());
         let parts: Vec<u8> = garment.face_parts.iter().map(|part| part.index() as u8).collect();
@@ -120,18 +123,22 @@ impl Folder {
             .add_u32("waist_band", &[garment.waist_band.len()], garment.waist_band.clone())
             .add_u32("anchors", &[anchors.len(), 2], anchors.as_flattened().to_vec())
             .add_f32("uv", &[count, 3, 2], uv)
-            .save(self.path.join("garment.npz"))
+            .save(self.path.join("garment.npz"))?;
+        let pattern = wardrobe.tailor().cut().pattern().to_json();
+        modiste_io::write_bytes(self.path.join(PATTERN_FILE), pattern.as_bytes())
     }
 
     /// Writes a finished motion.
     pub(super) fn write_sequence(&self, name: &str, simulation: &Simulation) -> Result<(), IoError> {
         let motion = &simulation.motion;
         let (frames, count) = (simulation.frames.len(), simulation.frames.first().map_or(0, Vec::len));
+        let anchors = simulation.body_anchors.first().map_or(0, Vec::len);
         let roots: Vec<Vec3> = motion.frames.iter().map(|pose| pose.root_translation).collect();
         Writer::new()
             .add_f32("vertices", &[frames, count, 3], flat(&simulation.frames))
             .add_f32("rotations", &[frames, modiste_body::Part::COUNT, 3], rotations(motion))
             .add_points("root_translation", &roots)
+            .add_f32("body_anchors", &[frames, anchors, 3], flat(&simulation.body_anchors))
             .add_f32("fps", &[], vec![motion.fps as f32])
             .save(self.sequence_path(name))
     }
@@ -144,12 +151,12 @@ impl Folder {
         let dimensions = pieces.first().map_or(0, |p| p.shape.len());
         let beta: Vec<f32> = pieces.iter().flat_map(|p| p.shape.iter().map(|&b| b as f32)).collect();
         let vertices: Vec<Vec<Vec3>> = pieces.iter().map(|p| p.vertices.clone()).collect();
-        let sizes: Vec<i32> = pieces.iter().map(|p| p.size as i32).collect();
+        let sizes: Vec<f32> = pieces.iter().map(|p| p.size as f32).collect();
         Writer::new()
             .add_f32("beta", &[pieces.len(), dimensions], beta)
             .add_f32("vertices", &[pieces.len(), count, 3], flat(&vertices))
             .add_f32("body_anchors", &[pieces.len(), body_anchors.first().map_or(0, Vec::len), 3], flat(body_anchors))
-            .add_i32("size", &[pieces.len()], sizes)
+            .add_f32("size", &[pieces.len()], sizes)
             .save(self.path.join("shapes.npz"))
     }
 
@@ -161,7 +168,7 @@ impl Folder {
     pub(super) fn write_piece(&self, index: usize, inputs: &str, piece: &ShapePiece) -> Result<(), IoError> {
         Writer::new()
             .add_points("vertices", &piece.vertices)
-            .add_i32("size", &[], vec![piece.size as i32])
+            .add_f64("size", &[], vec![piece.size])
             .add_f64("stretch", &[], vec![piece.stretch])
             .save(self.piece_path(index, inputs))
     }
@@ -171,7 +178,7 @@ impl Folder {
         let reader = Reader::open(self.piece_path(index, inputs)).ok()?;
         Some(ShapePiece {
             shape: shape.to_vec(),
-            size: reader.scalar("size").ok()? as usize,
+            size: reader.scalar("size").ok()?,
             stretch: reader.scalar("stretch").ok()?,
             vertices: reader.points("vertices").ok()?,
         })

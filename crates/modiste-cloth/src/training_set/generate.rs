@@ -10,16 +10,18 @@ use modiste_core::{Progress, Vec3};
 use rayon::prelude::*;
 
 use super::folder::{Entry, Folder, Manifest, SCHEMA, ShapePiece};
+use super::wardrobe::simulated_frames;
 use super::{Sequence, TrainingError, Wardrobe, draw_shapes};
 use crate::dress::TailorOptions;
+use crate::pattern::GradedPattern;
 
 pub use super::folder::Dropped;
 
 /// What a training set is made of.
 #[derive(Debug, Clone)]
 pub struct TrainingOptions {
-    /// Name of the garment.
-    pub garment: String,
+    /// The garment.
+    pub pattern: Arc<GradedPattern>,
     /// How many bodies of random shape are dressed.
     pub body_count: usize,
     /// How many shape coefficients vary.
@@ -32,8 +34,8 @@ pub struct TrainingOptions {
 
 impl TrainingOptions {
     /// The usual set of a garment: 60 bodies of 20 coefficients.
-    pub fn new(garment: &str) -> Self {
-        Self { garment: garment.to_owned(), body_count: 60, dimensions: 20, seed: 1, tailor: TailorOptions::default() }
+    pub fn new(pattern: Arc<GradedPattern>) -> Self {
+        Self { pattern, body_count: 60, dimensions: 20, seed: 1, tailor: TailorOptions::default() }
     }
 }
 
@@ -67,10 +69,10 @@ pub fn generate(
     folder: &Path,
     progress: &dyn Progress,
 ) -> Result<Summary, TrainingError> {
-    let title = format!("{} {}", model.gender().name(), options.garment);
+    let title = format!("{} {}", model.gender().name(), options.pattern.garment);
     let stage = format!("{title}: first body");
     progress.start(&stage, 1);
-    let wardrobe = Wardrobe::new(model, &options.garment, options.tailor.clone())?;
+    let wardrobe = Wardrobe::new(model, Arc::clone(&options.pattern), options.tailor.clone())?;
     progress.finish(&stage);
     let path = folder;
     let folder = Folder::create(path)?;
@@ -149,7 +151,7 @@ impl Maker<'_> {
     fn motions(&self, sequences: &[Sequence]) -> Result<(), TrainingError> {
         let body = self.wardrobe.model().body(&[])?;
         let stage = format!("{}: frames", self.title);
-        self.progress.start(&stage, sequences.iter().map(|s| s.motion.frames.len()).sum());
+        self.progress.start(&stage, sequences.iter().map(|s| simulated_frames(&s.motion)).sum());
         let done = AtomicUsize::new(0);
         let frame_done = || self.progress.advance(&stage, done.fetch_add(1, Ordering::Relaxed) + 1);
         // Longest first, so that no core ends with a long one alone.
@@ -158,7 +160,7 @@ impl Maker<'_> {
         order.par_iter().with_max_len(1).try_for_each(|sequence| {
             let inputs = self.inputs(&motion_bytes(sequence));
             if self.manifest().is_finished(&sequence.name, &inputs) && self.folder.has_sequence(&sequence.name) {
-                sequence.motion.frames.iter().for_each(|_| frame_done());
+                (0..simulated_frames(&sequence.motion)).for_each(|_| frame_done());
                 return Ok(());
             }
             let run = (sequence.name.as_str(), &sequence.motion);

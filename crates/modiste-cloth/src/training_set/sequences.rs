@@ -33,30 +33,43 @@ const fn window(clip: &'static str, first: f64, seconds: f64) -> Window {
     Window { clip, first, seconds }
 }
 
-/// Captured motion to learn from.
-pub const TRAINING_CLIPS: [Window; 24] = [
+/// Captured motion to learn from. Long clips are taken in several stretches: each starts afresh, so that a garment torn in
+/// one is whole in the next.
+pub const TRAINING_CLIPS: [Window; 36] = [
     window("walk_02_01", 0.0, 2.8),
-    window("walk_07_04", 0.0, 3.0),
+    window("walk_07_04", 0.0, 3.7),
     window("walk_08_11", 0.0, 3.0),
     window("walk_16_58", 0.0, 3.0),
     window("walk_32_02", 0.0, 3.6),
-    window("turn_05_11", 0.0, 3.0),
+    window("turn_05_11", 0.0, 4.8),
     window("turn_49_21", 2.0, 4.0),
+    window("turn_49_21", 8.0, 3.5),
     window("dance_05_02", 1.0, 4.0),
-    window("dance_05_04", 0.0, 3.0),
+    window("dance_05_02", 5.0, 3.5),
+    window("dance_05_04", 0.0, 4.0),
+    window("dance_05_04", 4.0, 4.0),
     window("dance_05_17", 1.0, 4.0),
     window("dance_49_09", 3.0, 4.0),
+    window("dance_49_09", 8.0, 4.0),
+    window("dance_60_01", 2.0, 4.0),
+    window("dance_60_01", 8.0, 4.0),
+    window("head_02_10", 2.0, 4.0),
+    window("head_02_10", 9.0, 4.0),
     window("misc_02_05", 2.0, 4.0),
-    window("stretcharms_49_18", 0.0, 3.0),
+    window("misc_02_05", 7.0, 4.0),
+    window("stretcharms_49_18", 0.0, 4.0),
+    window("stretcharms_49_18", 4.0, 4.0),
     window("run_02_03", 0.0, 1.4),
     window("run_35_17", 0.0, 1.4),
     window("run_49_04", 0.0, 2.0),
-    window("jump_02_04", 0.0, 3.6),
+    window("jump_02_04", 0.0, 3.9),
+    window("jump_49_02", 1.0, 4.0),
     window("kick_11_01", 1.0, 3.4),
     window("kick_135_04", 2.0, 3.4),
-    window("twist_13_29b", 0.0, 3.2),
+    window("twist_13_29b", 0.0, 5.5),
     window("squat_13_29f", 0.0, 3.2),
-    window("armcircle_14_14e", 0.0, 3.6),
+    window("armcircle_14_14e", 0.0, 4.0),
+    window("armcircle_14_14e", 5.0, 4.0),
     window("jumpingjack_13_29a", 0.0, 2.8),
     window("kneeraise_13_30c", 0.0, 2.6),
 ];
@@ -124,8 +137,8 @@ fn clips(
     windows: &[Window],
     progress: &dyn Progress,
 ) -> Result<Vec<Sequence>, TrainingError> {
-    let mut sequences = Vec::new();
-    for window in windows {
+    let mut sequences: Vec<Sequence> = Vec::new();
+    for (index, window) in windows.iter().enumerate() {
         let path = folder.join(format!("{}.bvh.gz", window.clip));
         if !modiste_io::exists(&path) {
             progress.warn(&format!("{} is not there and is left out", path.display()));
@@ -134,7 +147,13 @@ fn clips(
         let motion = retarget(&bvh::read(&path)?, body, &RetargetOptions::default(), progress)?;
         let frame = |seconds: f64| ((seconds * motion.fps).round() as usize).min(motion.frames.len());
         let motion = motion.slice(frame(window.first)..frame(window.first + window.seconds));
-        sequences.push(Sequence { name: window.clip.to_owned(), motion });
+        let earlier = windows[..index].iter().filter(|other| other.clip == window.clip).count();
+        let name = if earlier == 0 { window.clip.to_owned() } else { format!("{}-{}", window.clip, earlier + 1) };
+        if motion.frames.is_empty() {
+            progress.warn(&format!("{name}: the clip ends before {} s and is left out", window.first));
+            continue;
+        }
+        sequences.push(Sequence { name, motion });
     }
     Ok(sequences)
 }

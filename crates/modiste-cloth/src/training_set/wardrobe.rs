@@ -7,7 +7,7 @@ use modiste_core::Vec3;
 
 use super::TrainingError;
 use crate::dress::{Carrier, Dressed, Mannequin, Tailor, TailorOptions};
-use crate::pattern::{GARMENTS, builtin};
+use crate::pattern::GradedPattern;
 use crate::{BodyCollider, ClothState, CollisionGroups, Solver};
 
 /// Frames from the template pose to the first pose of a motion.
@@ -50,6 +50,8 @@ pub struct Simulation {
     pub lead_in: usize,
     /// Garment vertices in world (m), one list per frame.
     pub frames: Vec<Vec<Vec3>>,
+    /// The body vertices of the garment's anchors in world (m), one list per frame.
+    pub body_anchors: Vec<Vec<Vec3>>,
     /// 99th percentile of the edge stretch in each frame.
     pub stretch: Vec<f64>,
     /// Number of garment vertices inside the body in each frame.
@@ -81,6 +83,7 @@ impl Simulation {
             motion: self.motion.slice(longest.clone()),
             lead_in,
             frames: self.frames[longest.clone()].to_vec(),
+            body_anchors: self.body_anchors[longest.clone()].to_vec(),
             stretch: self.stretch[longest.clone()].to_vec(),
             inside: self.inside[longest].to_vec(),
         })
@@ -91,12 +94,13 @@ impl Wardrobe {
     /// Cuts the garment and dresses the mean body.
     ///
     /// # Errors
-    /// An unknown garment, or a mean body that cannot be dressed.
-    pub fn new(model: &Arc<ScapeModel>, garment: &str, options: TailorOptions) -> Result<Self, TrainingError> {
-        let Some(pattern) = builtin(garment, model.gender()) else {
-            return Err(TrainingError::Garment { name: garment.to_owned(), known: GARMENTS.join(", ") });
-        };
-        let tailor = Tailor::new(Arc::new(pattern?), options)?;
+    /// A pattern that cannot be cut, or a mean body that cannot be dressed.
+    pub fn new(
+        model: &Arc<ScapeModel>,
+        pattern: Arc<GradedPattern>,
+        options: TailorOptions,
+    ) -> Result<Self, TrainingError> {
+        let tailor = Tailor::new(pattern, options)?;
         let mean = Mannequin::from(&model.body(&[])?);
         // Dressed again like every other body, so that its drape is one of them.
         let sewn = tailor.dress(&mean)?;
@@ -170,7 +174,9 @@ impl Wardrobe {
         let mut state: ClothState = dressed.state.clone();
         state.velocities.fill(Vec3::ZERO);
         let mut vertices = Vec::new();
-        let (mut frames, mut stretch, mut inside) = (Vec::new(), Vec::new(), Vec::new());
+        let anchors = self.anchors();
+        let (mut frames, mut body_anchors) = (Vec::new(), Vec::new());
+        let (mut stretch, mut inside) = (Vec::new(), Vec::new());
         for pose in &motion.frames {
             body.pose(pose, &mut vertices);
             collider.advance_to(&vertices);
@@ -182,9 +188,11 @@ impl Wardrobe {
             stretch.push(stretched);
             inside.push(report.inside);
             frames.push(state.positions.clone());
+            body_anchors.push(anchors.iter().map(|&[_, vertex]| vertices[vertex as usize]).collect());
             advance();
         }
-        Ok(Simulation { motion: motion.slice(0..frames.len()), lead_in: LEAD_IN_FRAMES, frames, stretch, inside })
+        let motion = motion.slice(0..frames.len());
+        Ok(Simulation { motion, lead_in: LEAD_IN_FRAMES, frames, body_anchors, stretch, inside })
     }
 }
 
@@ -197,6 +205,11 @@ fn groups(tailor: &Tailor, body: &Mannequin, positions: &[Vec3]) -> CollisionGro
     let cut = tailor.cut();
     let mut groups = CollisionGroups::from_face_parts(cut.topology(), cut.face_parts());
     groups.let_others_pass();
+    for (panel, faces) in cut.pattern().panels.iter().zip(cut.face_ranges()) {
+        for &vertex in cut.topology().faces()[faces].as_flattened() {
+            panel.covers.iter().for_each(|&part| groups.add(vertex as usize, part));
+        }
+    }
     for (vertex, x) in positions.iter().enumerate() {
         let mut nearest = (f64::INFINITY, Part::Pelvis);
         let mut near = [false; Part::COUNT];
@@ -219,6 +232,11 @@ fn groups(tailor: &Tailor, body: &Mannequin, positions: &[Vec3]) -> CollisionGro
         }
     }
     groups
+}
+
+/// How many frames simulating a motion takes, its lead-in among them.
+pub(super) fn simulated_frames(motion: &Motion) -> usize {
+    motion.frames.len() + LEAD_IN_FRAMES + EASE_IN_FRAMES / 2 - 1
 }
 
 /// The motion led in from the template pose: a smooth transition, then the motion taking up speed.
@@ -266,6 +284,7 @@ mod tests {
             motion: Motion { fps: 30.0, frames: (0..count).map(|frame| Pose::template(number(frame))).collect() },
             lead_in: LEAD_IN_FRAMES,
             frames: (0..count).map(|frame| vec![number(frame)]).collect(),
+            body_anchors: vec![Vec::new(); count],
             stretch: vec![0.05; count],
             inside: vec![0; count],
         }

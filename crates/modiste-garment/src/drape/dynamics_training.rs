@@ -40,7 +40,7 @@ impl Default for DynamicsOptions {
             folds: 4,
             rehearsals: 0,
             max_spectral_radius: 0.98,
-            max_amplitude: 3.0,
+            max_amplitude: 4.0,
         }
     }
 }
@@ -67,6 +67,8 @@ pub struct DynamicsTraining {
 /// A run of poses with the wrinkles of its frames.
 #[derive(Clone, Copy)]
 struct Example<'a> {
+    /// Stretches of one clip are held out together.
+    clip: usize,
     poses: &'a [Pose],
     wrinkles: &'a [Vec<f64>],
 }
@@ -116,7 +118,8 @@ impl Normal {
     }
 }
 
-/// Learns eq. 5 from motions and the wrinkles of their frames, in the same order.
+/// Learns eq. 5 from motions, each with the number of the clip that it is a stretch of, and the wrinkles of their frames, in the
+/// same order.
 ///
 /// Regressors reach back within their own sequence only. If the spectral radius ρ of the history is above the wanted
 /// limit ρ*, the weight of |M2|² and |M3|² is doubled until it is not: with a heavy enough weight the history vanishes.
@@ -125,7 +128,7 @@ impl Normal {
 /// No sequence with at least three frames, or a solve that fails.
 pub fn learn(
     face_parts: &[Part],
-    motions: &[&Motion],
+    motions: &[(usize, &Motion)],
     wrinkles: &[Vec<Vec<f64>>],
     options: &DynamicsOptions,
 ) -> Result<(Dynamics, DynamicsTraining), GarmentError> {
@@ -139,15 +142,16 @@ pub fn learn(
 }
 
 /// The sequences of three frames and more. Where there are fewer than `folds`, each is cut into that many pieces.
-fn cut<'a>(motions: &[&'a Motion], wrinkles: &'a [Vec<Vec<f64>>], folds: usize) -> Vec<Example<'a>> {
+fn cut<'a>(motions: &[(usize, &'a Motion)], wrinkles: &'a [Vec<Vec<f64>>], folds: usize) -> Vec<Example<'a>> {
     let pieces = if motions.len() < folds { folds } else { 1 };
     let whole = motions.iter().zip(wrinkles);
     whole
-        .flat_map(|(motion, wrinkles)| {
+        .flat_map(|((clip, motion), wrinkles)| {
             let length = wrinkles.len().div_ceil(pieces).max(1);
-            motion.frames.chunks(length).zip(wrinkles.chunks(length))
+            let chunks = motion.frames.chunks(length).zip(wrinkles.chunks(length)).enumerate();
+            // The pieces of one motion are all there is to hold out.
+            chunks.map(move |(piece, (poses, wrinkles))| Example { clip: clip + piece, poses, wrinkles })
         })
-        .map(|(poses, wrinkles)| Example { poses, wrinkles })
         .filter(|example| example.wrinkles.len() >= 3)
         .collect()
 }
@@ -246,15 +250,23 @@ impl Learner<'_> {
     }
 
     fn groups(&self) -> usize {
-        self.options.folds.min(self.examples.len()).max(1)
+        let mut clips: Vec<usize> = self.examples.iter().map(|example| example.clip).collect();
+        clips.sort_unstable();
+        clips.dedup();
+        self.options.folds.min(clips.len()).max(1)
+    }
+
+    /// The examples of one group, with their places.
+    fn group(&self, group: usize) -> impl Iterator<Item = (usize, &Example<'_>)> {
+        let groups = self.groups();
+        self.examples.iter().enumerate().filter(move |(_, example)| example.clip % groups == group)
     }
 
     /// The sums without those of one group of examples, if there are several.
     fn without(&self, total: &Normal, normals: &[Normal], group: usize) -> Normal {
         let mut kept = total.clone();
-        let groups = self.groups();
-        if groups > 1 {
-            normals.iter().skip(group).step_by(groups).for_each(|normal| kept.add(normal, -1.0));
+        if self.groups() > 1 {
+            self.group(group).for_each(|(place, _)| kept.add(&normals[place], -1.0));
         }
         kept
     }
@@ -276,7 +288,7 @@ impl Learner<'_> {
                 let mut errors = vec![0.0; self.count];
                 for group in 0..groups {
                     let coefficients = train(&self.without(&total, normals, group), choice)?;
-                    for example in self.examples.iter().skip(group).step_by(groups) {
+                    for (_, example) in self.group(group) {
                         let made = run(&coefficients, example);
                         for (made, truth) in made.iter().zip(example.wrinkles) {
                             let pairs = errors.iter_mut().zip(made.iter().zip(truth));
@@ -311,8 +323,7 @@ impl Learner<'_> {
         let total = sum(normals);
         let runs = (0..groups).into_par_iter().map(|group| {
             let coefficients = train(&self.without(&total, normals, group))?;
-            let held_out = self.examples.iter().skip(group).step_by(groups);
-            Ok(held_out.flat_map(|example| run(&coefficients, example)).collect())
+            Ok(self.group(group).flat_map(|(_, example)| run(&coefficients, example)).collect())
         });
         let runs: Vec<Vec<Vec<f64>>> = runs.collect::<Result<_, GarmentError>>()?;
         let made = squares(runs.iter().flatten(), self.count);
@@ -504,7 +515,7 @@ mod tests {
         let truth = dynamics(1.2, -0.5);
         let motions: Vec<Motion> = (0..5).map(|seed| motion(seed, 120)).collect();
         let wrinkles: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| free_run(&truth, &motion.frames)).collect();
-        let motions: Vec<&Motion> = motions.iter().collect();
+        let motions: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
         let parts = [Part::Chest, Part::LeftThigh];
         let (learned, training) = learn(&parts, &motions, &wrinkles, &options(1e-12)).unwrap();
         let unseen = motion(77, 200);
@@ -539,7 +550,7 @@ mod tests {
             run
         };
         let wrinkles: Vec<_> = motions.iter().map(|motion| noisy(motion, &mut rng)).collect();
-        let references: Vec<&Motion> = motions.iter().collect();
+        let references: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
         let parts = [Part::Chest, Part::LeftThigh];
         let amplitudes = |most: f64| {
             let chosen = DynamicsOptions { max_amplitude: most, ..options(1e-9) };
@@ -571,7 +582,7 @@ mod tests {
             run
         };
         let wrinkles: Vec<_> = motions.iter().map(|motion| mixed(motion, &mut rng)).collect();
-        let references: Vec<&Motion> = motions.iter().collect();
+        let references: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
         let chosen = DynamicsOptions { ridges: vec![1e-8, 10.0], ..options(1.0) };
         let training = learn(&[Part::Chest, Part::LeftThigh], &references, &wrinkles, &chosen).unwrap().1;
         assert!(training.static_ridges[0] < 1e-7 && training.pose_ridges[0] < 1e-7, "{training:?}");
@@ -586,7 +597,7 @@ mod tests {
             motion.frames.iter().map(|pose| vec![pose.rotations[Part::LeftThigh.index()].x.abs()]).collect()
         };
         let wrinkles: Vec<_> = motions.iter().map(folds).collect();
-        let references: Vec<&Motion> = motions.iter().collect();
+        let references: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
         let error = |centres: usize| {
             let inputs = InputOptions { matrices: true, centres, ..InputOptions::PAPER };
             let chosen = DynamicsOptions { inputs, ridges: vec![1e-6, 1e-4, 1e-2, 1.0], ..options(1.0) };
@@ -601,7 +612,7 @@ mod tests {
         let truth = dynamics(1.01, 0.0);
         let motions: Vec<Motion> = (0..4).map(|seed| motion(seed, 90)).collect();
         let wrinkles: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| free_run(&truth, &motion.frames)).collect();
-        let references: Vec<&Motion> = motions.iter().collect();
+        let references: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
         let chosen = DynamicsOptions { max_spectral_radius: 0.97, ..options(1e-10) };
         let (learned, training) = learn(&[Part::Chest, Part::LeftThigh], &references, &wrinkles, &chosen).unwrap();
         assert!(training.learned_spectral_radius > 1.0, "{training:?}");

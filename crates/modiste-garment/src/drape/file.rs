@@ -10,6 +10,7 @@ use modiste_io::IoError;
 use modiste_io::model::{Header, ModelFile, Writer};
 
 use super::blend::blend_parts;
+use super::drift::Drift;
 use super::dynamics::Dynamics;
 use super::features::{InputOptions, PoseInputs};
 use super::gradient::{PER_FACE, TangentFrames};
@@ -22,6 +23,9 @@ use crate::GarmentError;
 
 /// Kind of the model file.
 pub const KIND: &str = "garment";
+
+/// Name of the attribute with the figures of the model.
+const EVALUATION: &str = "evaluation";
 
 /// Names of the blocks of eq. 5 in the file.
 const BLOCKS: [&str; 6] = ["m", "M1", "M2", "M3", "M4", "M5"];
@@ -56,6 +60,7 @@ impl DrapeModel {
         writer.add_u32("waist_band", &[garment.waist_band.len()], garment.waist_band.clone());
         writer.add_u32("anchors", &[garment.anchors.len(), 2], garment.anchors.as_flattened().to_vec());
         writer.add_f32("uv", &[faces, 3, 2], uv);
+        writer.add_u8("pattern", &[garment.pattern.len()], garment.pattern.clone().into_bytes());
         add_space(&mut writer, "shape", (&shape.mean, shape.basis.scales()), &shape.std_devs, shape.total_variance);
         writer.add_i16("shape_basis", &[shape.basis.count(), PER_FACE * faces], shape.basis.values().to_vec());
         writer.add_f64("W", &[shape.regression.rows, shape.regression.cols], shape.regression.data.clone());
@@ -64,6 +69,8 @@ impl DrapeModel {
         let scales = wrinkle.basis.scales();
         add_space(&mut writer, "wrinkle", (&wrinkle.mean, scales), &wrinkle.std_devs, wrinkle.total_variance);
         writer.add_i8("wrinkle_basis", &[wrinkle.basis.count(), PER_FACE * faces], wrinkle.basis.values().to_vec());
+        let drift = &self.drift.regression;
+        writer.add_f64("anchor_drift", &[drift.rows, drift.cols], drift.data.clone());
         writer.add_f64("wrinkle_held_out_loss", &[1], vec![wrinkle.held_out_loss]);
         writer.add_u8("pose_parts", &[dynamics.inputs.parts().len()], part_bytes(dynamics.inputs.parts()));
         if let Some(kernel) = dynamics.inputs.kernel() {
@@ -90,6 +97,7 @@ impl DrapeModel {
             ("faces", garment.topology.face_count()),
             ("waist_band", garment.waist_band.len()),
             ("anchors", garment.anchors.len()),
+            ("pattern", garment.pattern.len()),
             ("body_shape", shape.body_count()),
             ("garment_shape", shape.count()),
             ("wrinkles", wrinkle.count()),
@@ -105,6 +113,12 @@ impl DrapeModel {
             ("input_gravity", options.gravity.to_string()),
             ("input_pelvis_turn", options.pelvis_turn.to_string()),
         ];
+        let mut attributes: BTreeMap<String, String> = attributes.map(|(name, value)| (name.to_owned(), value)).into();
+        if let Some(evaluation) = &self.evaluation {
+            // Plain numbers and names always serialise.
+            let text = serde_json::to_string(evaluation).unwrap_or_default();
+            attributes.insert(EVALUATION.to_owned(), text);
+        }
         Header {
             kind: KIND.to_owned(),
             units: "m, kg, s, rad".to_owned(),
@@ -113,7 +127,7 @@ impl DrapeModel {
             sources: provenance.sources.iter().cloned().collect::<BTreeMap<_, _>>(),
             licence: provenance.licence.clone(),
             command: provenance.command.clone(),
-            attributes: attributes.map(|(name, value)| (name.to_owned(), value)).into(),
+            attributes,
             ..Header::default()
         }
     }
@@ -164,6 +178,7 @@ impl DrapeModel {
             std_devs,
             total_variance,
         };
+        let drift = Drift { regression: matrix(file, "anchor_drift", wrinkles + 1, 3)? };
         let dynamics = read_dynamics(file, name, wrinkles)?;
         let fps = parsed(file, name, "fps", "a positive number", |&fps: &f64| fps.is_finite() && fps > 0.0)?;
         let header = file.header();
@@ -173,7 +188,14 @@ impl DrapeModel {
             licence: header.licence.clone(),
             command: header.command.clone(),
         };
-        Self::assemble(garment, shape, wrinkle, dynamics, fps, provenance)
+        let mut model = Self::assemble(garment, shape, (wrinkle, drift), dynamics, fps, provenance)?;
+        if let Some(text) = header.attributes.get(EVALUATION) {
+            let wrong = |error: serde_json::Error| {
+                attribute_error(name, EVALUATION, "the figures of an evaluation", &error.to_string())
+            };
+            model.evaluation = Some(serde_json::from_str(text).map_err(wrong)?);
+        }
+        Ok(model)
     }
 }
 
@@ -224,6 +246,7 @@ fn read_garment(file: &ModelFile, name: &str) -> Result<Garment, GarmentError> {
     let template = file.f64("template", &[vertices, 3])?;
     let anchors = file.u32("anchors", &[file.dimension("anchors")?, 2])?;
     let uv = file.f32("uv", &[faces, 3, 2])?;
+    let pattern = file.u8("pattern", &[file.dimension("pattern")?])?;
     let corner_uv: Vec<[f32; 2]> = uv.as_chunks::<2>().0.to_vec();
     Ok(Garment {
         gender,
@@ -233,6 +256,8 @@ fn read_garment(file: &ModelFile, name: &str) -> Result<Garment, GarmentError> {
         waist_band: file.u32("waist_band", &[file.dimension("waist_band")?])?,
         anchors: anchors.as_chunks::<2>().0.to_vec(),
         uv: corner_uv.as_chunks::<3>().0.to_vec(),
+        pattern: String::from_utf8(pattern)
+            .map_err(|error| IoError::field(name, "tensor \"pattern\"", "UTF-8", error))?,
         name: garment,
     })
 }

@@ -62,7 +62,10 @@ impl TrainingSet {
             .sequences
             .iter()
             .filter(is_wanted)
-            .map(|entry| read_sequence(&folder.join(format!("pose-{}.npz", entry.name)), &entry.name, vertices))
+            .map(|entry| {
+                let path = folder.join(format!("pose-{}.npz", entry.name));
+                read_sequence(&path, &entry.name, vertices, garment.anchors.len())
+            })
             .collect::<Result<_, _>>()?;
         let sources = manifest.hashes.into_iter().collect();
         let set = Self { garment, shapes, sequences, seed: manifest.seed, sources };
@@ -112,6 +115,9 @@ fn read_garment(path: &Path, manifest: &Manifest) -> Result<Garment, GarmentErro
     let uv = reader.f32("uv")?;
     reader.check_shape("uv", &uv.shape, &[Some(count), Some(3), Some(2)])?;
     let corner_uv: Vec<[f32; 2]> = uv.data.as_chunks::<2>().0.to_vec();
+    // Garments that were simulated elsewhere have none.
+    let pattern = path.with_file_name("pattern.json");
+    let pattern = if modiste_io::exists(&pattern) { modiste_io::read_text(&pattern)? } else { String::new() };
     Ok(Garment {
         name: manifest.garment.clone(),
         gender: manifest.gender,
@@ -121,6 +127,7 @@ fn read_garment(path: &Path, manifest: &Manifest) -> Result<Garment, GarmentErro
         waist_band: reader.u32("waist_band")?.data,
         anchors: anchors.data.as_chunks::<2>().0.to_vec(),
         uv: corner_uv.as_chunks::<3>().0.to_vec(),
+        pattern,
     })
 }
 
@@ -137,12 +144,15 @@ fn read_shapes(path: &Path, vertices: usize, anchors: usize) -> Result<Vec<Shape
     Ok(samples.map(|((shape, vertices), body_anchors)| ShapeSample { shape, vertices, body_anchors }).collect())
 }
 
-fn read_sequence(path: &Path, name: &str, vertices: usize) -> Result<PoseSequence, GarmentError> {
+fn read_sequence(path: &Path, name: &str, vertices: usize, anchors: usize) -> Result<PoseSequence, GarmentError> {
     let arrays = Arrays::open(path)?;
     let frames = arrays.point_lists("vertices", vertices)?;
     let rotations = arrays.point_lists("rotations", Part::COUNT)?;
     let translations = arrays.reader.points("root_translation")?;
-    for (array, found) in [("rotations", rotations.len()), ("root_translation", translations.len())] {
+    let body_anchors = arrays.point_lists("body_anchors", anchors)?;
+    for (array, found) in
+        [("rotations", rotations.len()), ("root_translation", translations.len()), ("body_anchors", body_anchors.len())]
+    {
         if found != frames.len() {
             let wanted = format!("one entry for each of {} frames", frames.len());
             return Err(IoError::field(&arrays.file, format!("array \"{array}\""), wanted, found).into());
@@ -158,5 +168,5 @@ fn read_sequence(path: &Path, name: &str, vertices: usize) -> Result<PoseSequenc
         pose
     };
     let motion = Motion { fps, frames: rotations.iter().zip(translations).map(pose).collect() };
-    Ok(PoseSequence { name: name.to_owned(), motion, frames })
+    Ok(PoseSequence { name: name.to_owned(), motion, frames, body_anchors })
 }

@@ -1,6 +1,7 @@
 //! The factored clothing model of DRAPE (Guan et al. 2012, §4; Guan 2013, ch. 5 §3).
 
 mod blend;
+mod drift;
 mod dynamics;
 mod dynamics_training;
 mod features;

@@ -2,12 +2,13 @@
 
 use modiste_core::{GradientReconstruction, Progress};
 
+use super::drift::Drift;
 use super::dynamics::Dynamics;
 use super::dynamics_training::{DynamicsOptions, DynamicsTraining, learn};
 use super::shape::{ShapeModel, ShapeOptions};
-use super::training_set::{Garment, TrainingSet};
+use super::training_set::{Garment, TrainingSet, clips};
 use super::wrinkle::{WrinkleModel, WrinkleOptions};
-use crate::GarmentError;
+use crate::{Evaluation, GarmentError};
 
 /// How a garment is learned.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -39,10 +40,13 @@ pub struct DrapeModel {
     pub(crate) garment: Garment,
     pub(crate) shape: ShapeModel,
     pub(crate) wrinkle: WrinkleModel,
+    pub(crate) drift: Drift,
     pub(crate) dynamics: Dynamics,
     pub(crate) fps: f64,
     /// Where the model comes from.
     pub provenance: Provenance,
+    /// What it was measured to be worth, if it was.
+    pub evaluation: Option<Evaluation>,
     pub(crate) reconstruction: GradientReconstruction,
 }
 
@@ -63,8 +67,11 @@ impl DrapeModel {
         progress.advance(&stage, 1);
         let (wrinkle, coefficients) = WrinkleModel::train(&set.garment, &set.sequences, &options.wrinkle)?;
         progress.advance(&stage, 2);
-        let motions: Vec<_> = set.sequences.iter().map(|sequence| &sequence.motion).collect();
+        let motions: Vec<_> =
+            clips(&set.sequences).zip(set.sequences.iter().map(|sequence| &sequence.motion)).collect();
         let (mut dynamics, training) = learn(&set.garment.face_parts, &motions, &coefficients, &options.dynamics)?;
+        let rest = shape.predict_offset(&[]);
+        let drift = Drift::train(&set.garment, &set.sequences, &coefficients, wrinkle.std_devs(), rest)?;
         if options.dynamics.max_amplitude > 1.0 {
             dynamics.amplify(&wrinkle.fine_gains());
         }
@@ -75,7 +82,7 @@ impl DrapeModel {
             ));
         }
         let provenance = Provenance { seed: set.seed, sources: set.sources.clone(), ..Provenance::default() };
-        let model = Self::assemble(set.garment.clone(), shape, wrinkle, dynamics, set.fps(), provenance)?;
+        let model = Self::assemble(set.garment.clone(), shape, (wrinkle, drift), dynamics, set.fps(), provenance)?;
         progress.finish(&stage);
         Ok((model, training))
     }
@@ -84,7 +91,7 @@ impl DrapeModel {
     pub(crate) fn assemble(
         garment: Garment,
         shape: ShapeModel,
-        wrinkle: WrinkleModel,
+        (wrinkle, drift): (WrinkleModel, Drift),
         mut dynamics: Dynamics,
         fps: f64,
         provenance: Provenance,
@@ -93,7 +100,7 @@ impl DrapeModel {
         dynamics.limit_to(wrinkle.std_devs());
         let reconstruction = GradientReconstruction::new(&garment.topology, &garment.template)
             .map_err(GarmentError::solve("reconstruction matrix"))?;
-        Ok(Self { garment, shape, wrinkle, dynamics, fps, provenance, reconstruction })
+        Ok(Self { garment, shape, wrinkle, drift, dynamics, fps, provenance, evaluation: None, reconstruction })
     }
 
     /// The mesh and how it is tied to the body.

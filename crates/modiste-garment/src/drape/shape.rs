@@ -155,12 +155,18 @@ pub(crate) fn regress(
 
 /// `W [β; 1]`.
 pub(crate) fn apply_regression(regression: &Matrix, shape: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; regression.cols];
+    apply_regression_into(regression, shape, &mut out);
+    out
+}
+
+/// [`apply_regression`] without allocation.
+pub(crate) fn apply_regression_into(regression: &Matrix, shape: &[f64], out: &mut [f64]) {
     let body_count = regression.rows - 1;
-    let mut out = regression.row(body_count).to_vec();
+    out.copy_from_slice(regression.row(body_count));
     for (row, value) in shape.iter().take(body_count).enumerate() {
         for (out, slope) in out.iter_mut().zip(regression.row(row)) {
             *out += value * slope;
         }
     }
-    out
 }

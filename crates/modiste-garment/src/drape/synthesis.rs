@@ -28,7 +28,7 @@ pub struct Synthesis {
     kind: Wrinkles,
     /// D of each face, to vectors in its tangent frame.
     shape_deformations: Vec<Mat3>,
-    /// How far (m) the anchors lie from those of the body, seen from the part that they follow.
+    /// How far (m) the anchors lie from those of the body in the template pose, seen from the part that they follow.
     offset: Vec3,
     anchor_part: Part,
     state: DynamicsState,
@@ -92,21 +92,23 @@ impl Synthesis {
             Wrinkles::Static => model.dynamics.step_static(&mut self.state, pose),
         };
         model.wrinkle.expand(coefficients, &mut self.wrinkles);
-        self.finish(pose, body)
+        let drift = model.drift.of(coefficients);
+        self.finish(pose, body, drift)
     }
 
     /// The garment with given wrinkles.
     fn build(&mut self, pose: &Pose, body: &[Vec3], coefficients: &[f64]) -> &[Vec3] {
         self.model.wrinkle.expand(coefficients, &mut self.wrinkles);
-        self.finish(pose, body)
+        let drift = self.model.drift.of(coefficients);
+        self.finish(pose, body, drift)
     }
 
-    /// The vertices, from the expanded wrinkles.
-    fn finish(&mut self, pose: &Pose, body: &[Vec3]) -> &[Vec3] {
+    /// The vertices, from the expanded wrinkles and the way that the anchors go with them.
+    fn finish(&mut self, pose: &Pose, body: &[Vec3], drift: Vec3) -> &[Vec3] {
         let model = &self.model;
         model.wrinkle.compose(pose, &self.shape_deformations, &self.wrinkles, &mut self.gradients);
         model.reconstruction.reconstruct(&self.gradients, &mut self.vertices);
-        let offset = pose.world_rotations()[self.anchor_part.index()] * self.offset;
+        let offset = pose.world_rotations()[self.anchor_part.index()] * (self.offset + drift);
         let shift = translation(&model.garment.anchors, &self.vertices, body) + offset;
         for vertex in &mut self.vertices {
             *vertex += shift;

@@ -43,6 +43,7 @@ pub(crate) fn tube(name: &str, radius: f64, low: f64) -> Garment {
         waist_band: Vec::new(),
         anchors: (0..4).map(|corner| [at(RINGS - 1, corner * SIDES / 4), corner as u32]).collect(),
         uv,
+        pattern: String::new(),
     }
 }
 
@@ -111,7 +112,8 @@ pub(crate) fn sequence(garment: &Garment, name: &str, motion: Motion) -> PoseSeq
         };
         frames.push(garment.template.iter().map(ripple).collect());
     }
-    PoseSequence { name: name.to_owned(), motion, frames }
+    let body_anchors = motion.frames.iter().map(anchor_body).collect();
+    PoseSequence { name: name.to_owned(), motion, frames, body_anchors }
 }
 
 /// A whole training set: 12 bodies and 5 motions.
@@ -129,6 +131,6 @@ pub(crate) fn training_set_of(garment: Garment) -> TrainingSet {
         shape,
     };
     let shapes = (0..12).map(|_| sample(draw())).collect();
-    let sequences = (0..5).map(|seed| sequence(&garment, &format!("motion-{seed}"), motion(seed, 80))).collect();
+    let sequences = (0..5).map(|seed| sequence(&garment, &format!("motion_{seed}"), motion(seed, 80))).collect();
     TrainingSet { garment, shapes, sequences, seed: 7, sources: vec![("pattern.json".into(), "abc".into())] }
 }

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use modiste_body::{Motion, Pose};
+use modiste_body::{Motion, Part, Pose};
 use modiste_core::{Mat3, Quat, Silent, Vec3, centroid, deformation_gradients};
 
 use super::synthetic::{anchor_body, motion, sequence, shaped, training_set};
 use super::{
-    DrapeModel, DynamicsOptions, InputOptions, Placement, ShapeOptions, Synthesis, TrainOptions, TrainingSet,
-    WrinkleOptions, Wrinkles, leave_one_out,
+    DrapeModel, DynamicsOptions, InputOptions, Placement, PoseSequence, ShapeOptions, Synthesis, TrainOptions,
+    TrainingSet, WrinkleOptions, Wrinkles, leave_one_out,
 };
 
 fn options() -> TrainOptions {
@@ -216,13 +216,40 @@ fn what_does_not_fit_the_model_is_refused() {
     assert!(refusal(&[], 3).contains("more than 3 vertices"));
     let mut short = set.clone();
     short.sequences[2].frames.pop();
-    assert!(DrapeModel::train(&short, &options(), &Silent).unwrap_err().to_string().contains("motion-2"));
+    assert!(DrapeModel::train(&short, &options(), &Silent).unwrap_err().to_string().contains("motion_2"));
     let mut bad = set.clone();
     bad.shapes[3].vertices[5].y = f64::NAN;
     assert!(DrapeModel::train(&bad, &options(), &Silent).unwrap_err().to_string().contains("shape 3"));
     let mut empty = set;
     empty.shapes.clear();
     assert!(DrapeModel::train(&empty, &options(), &Silent).unwrap_err().to_string().contains("at least 2 bodies"));
+}
+
+#[test]
+fn a_garment_that_slides_as_it_moves_is_followed() {
+    // The tube rises with the bend of the chest.
+    let slid = |mut sequence: PoseSequence| {
+        for (pose, vertices) in sequence.motion.frames.iter().zip(&mut sequence.frames) {
+            let way =
+                pose.world_rotations()[Part::Chest.index()] * (0.2 * pose.rotations[Part::Chest.index()].x * Vec3::Y);
+            vertices.iter_mut().for_each(|vertex| *vertex += way);
+        }
+        sequence
+    };
+    let mut set = training_set();
+    set.sequences = set.sequences.into_iter().map(slid).collect();
+    let model = trained(&set);
+    let mut still = (*model).clone();
+    still.drift.regression.data.fill(0.0);
+    let unseen = slid(sequence(&set.garment, "unseen", motion(99, 80)));
+    let error = |model: Arc<DrapeModel>| {
+        let mut synthesis = Synthesis::new(model, &[], 4).unwrap();
+        let frames = unseen.motion.frames.iter().zip(&unseen.frames);
+        let distances = frames.map(|(pose, truth)| mean_distance(synthesis.step(pose, &anchor_body(pose)), truth));
+        distances.sum::<f64>() / unseen.frames.len() as f64
+    };
+    let (sliding, resting) = (error(model), error(Arc::new(still)));
+    assert!(sliding < 0.5 * resting, "{sliding} {resting}");
 }
 
 #[test]
@@ -234,7 +261,7 @@ fn a_training_set_is_read_back_from_its_folder() {
         |name: &str, finished| serde_json::json!({"name": name, "kind": "pose", "frames": 80, "finished": finished});
     let manifest = serde_json::json!({
         "schema": 1, "garment": "tube", "gender": "female", "seed": 7, "hashes": {"pattern.json": "abc"},
-        "sequences": [entry("motion-0", true), entry("motion-1", false)], "dropped": [],
+        "sequences": [entry("motion_0", true), entry("motion_1", false)], "dropped": [],
     });
     modiste_io::json::write(path("manifest.json"), &manifest).unwrap();
     let garment = &set.garment;
@@ -263,9 +290,14 @@ fn a_training_set_is_read_back_from_its_folder() {
     writer.add_f32("vertices", &[80, garment.template.len(), 3], flat(&example.frames));
     writer.add_f32("rotations", &[80, 19, 3], flat(&rotations)).add_points("root_translation", &roots);
     writer.add_f64("fps", &[], vec![30.0]);
-    writer.save(path("pose-motion-0.npz")).unwrap();
+    writer.add_f32("body_anchors", &[80, garment.anchors.len(), 3], flat(&example.body_anchors));
+    writer.save(path("pose-motion_0.npz")).unwrap();
+
+    modiste_io::write_bytes(path("pattern.json"), b"{\"panels\": 1}").unwrap();
 
     let read = TrainingSet::load(folder.path()).unwrap();
+    assert_eq!(read.garment.pattern, "{\"panels\": 1}");
+    assert!(mean_distance(&read.sequences[0].body_anchors[7], &example.body_anchors[7]) < 1e-6);
     assert_eq!((read.shapes.len(), read.sequences.len(), read.seed), (12, 1, 7));
     assert_eq!(read.garment.face_parts, garment.face_parts);
     assert!(mean_distance(&read.shapes[3].body_anchors, &set.shapes[3].body_anchors) < 1e-6);

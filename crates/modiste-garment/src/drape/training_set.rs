@@ -26,6 +26,8 @@ pub struct Garment {
     pub anchors: Vec<[u32; 2]>,
     /// Texture coordinates of the corners of each face.
     pub uv: Vec<[[f32; 2]; 3]>,
+    /// The sewing pattern that it was simulated from, as JSON; empty where there is none.
+    pub pattern: String,
 }
 
 /// The garment on one body in the template pose, an element of S.
@@ -48,6 +50,8 @@ pub struct PoseSequence {
     pub motion: Motion,
     /// Garment vertices in the world (m), one list per frame.
     pub frames: Vec<Vec<Vec3>>,
+    /// Where the body vertices of the garment's anchors are (m), one list per frame.
+    pub body_anchors: Vec<Vec<Vec3>>,
 }
 
 /// Everything that a garment is learned from.
@@ -63,6 +67,22 @@ pub struct TrainingSet {
     pub seed: u64,
     /// Content hashes of what the set was made from, by name.
     pub sources: Vec<(String, String)>,
+}
+
+/// The clip that each sequence is a stretch of, numbered by first appearance: `kick-2` is the second stretch of `kick`. What is
+/// held out to choose by must not be next to what is learned from.
+pub(crate) fn clips(sequences: &[PoseSequence]) -> impl Iterator<Item = usize> {
+    let mut known: Vec<&str> = Vec::new();
+    sequences.iter().map(move |sequence| {
+        let name = match sequence.name.rsplit_once('-') {
+            Some((clip, stretch)) if stretch.bytes().all(|byte| byte.is_ascii_digit()) => clip,
+            _ => &sequence.name,
+        };
+        known.iter().position(|clip| *clip == name).unwrap_or_else(|| {
+            known.push(name);
+            known.len() - 1
+        })
+    })
 }
 
 impl Garment {
@@ -159,6 +179,11 @@ impl TrainingSet {
                 let wanted = format!("{} frames a second as in the other sequences", self.fps());
                 return Err(GarmentError::data(what(), wanted, sequence.motion.fps));
             }
+            let anchors = self.garment.anchors.len();
+            if sequence.body_anchors.len() != frames || sequence.body_anchors.iter().any(|a| a.len() != anchors) {
+                let wanted = format!("{anchors} body anchors for each of {frames} frames");
+                return Err(GarmentError::data(what(), wanted, "another number"));
+            }
             for (frame, vertices) in sequence.frames.iter().enumerate() {
                 check(&|| format!("sequence {}, frame {frame}", sequence.name), vertices)?;
             }
@@ -182,5 +207,20 @@ impl TrainingSet {
             std::mem::take(&mut self.sequences).into_iter().partition(|sequence| held_out(&sequence.name));
         self.sequences = kept;
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::clips;
+    use crate::drape::synthetic::training_set;
+
+    #[test]
+    fn stretches_of_a_clip_belong_together() {
+        let mut sequences = training_set().sequences;
+        for (sequence, name) in sequences.iter_mut().zip(["kick", "kick-2", "walk-on", "walk", "kick-13"]) {
+            name.clone_into(&mut sequence.name);
+        }
+        assert_eq!(clips(&sequences).collect::<Vec<_>>(), [0, 0, 1, 2, 0]);
     }
 }

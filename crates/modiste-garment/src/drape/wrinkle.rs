@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::blend::blend_parts;
 use super::gradient::{PER_FACE, TangentFrames, area_weights, gradient_of_tangents};
-use super::training_set::{Garment, PoseSequence};
+use super::training_set::{Garment, PoseSequence, clips};
 use crate::GarmentError;
 
 /// How the wrinkle space is learned.
@@ -45,7 +45,7 @@ pub struct WrinkleModel {
     pub(crate) held_out_loss: f64,
 }
 
-/// Every so many sequences are held out to see what a space learned from the others loses of them, and every so many
+/// Every so many clips are held out to see what a space learned from the others loses of them, and every so many
 /// frames of the others are enough to learn it from.
 const HELD_OUT_STRIDE: usize = 4;
 const FRAME_STRIDE: usize = 2;
@@ -79,7 +79,8 @@ impl WrinkleModel {
             rows.iter().map(|rows| rows.par_iter().map(|row| pca.project(row)).collect()).collect();
         let basis = QuantisedBasis::from_f32(&pca.basis, count, pca.dimensions())
             .map_err(GarmentError::solve("basis of wrinkles"))?;
-        let held_out_loss = held_out_loss(&rows, &weights, count)?;
+        let clips: Vec<usize> = clips(sequences).collect();
+        let held_out_loss = held_out_loss(&rows, &clips, &weights, count)?;
         let model = Self {
             held_out_loss,
             frames,
@@ -147,11 +148,11 @@ impl WrinkleModel {
 }
 
 /// See [`WrinkleModel::held_out_loss`]. 0 where there are too few sequences to hold any out.
-fn held_out_loss(rows: &[Vec<Vec<f32>>], weights: &[f32], count: usize) -> Result<f64, GarmentError> {
-    if rows.len() < HELD_OUT_STRIDE {
+fn held_out_loss(rows: &[Vec<Vec<f32>>], clips: &[usize], weights: &[f32], count: usize) -> Result<f64, GarmentError> {
+    if clips.iter().max().is_none_or(|&last| last + 1 < HELD_OUT_STRIDE) {
         return Ok(0.0);
     }
-    let is_held_out = |sequence: usize| sequence % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1;
+    let is_held_out = |sequence: usize| clips[sequence] % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1;
     let kept = rows.iter().enumerate().filter(|(sequence, _)| !is_held_out(*sequence));
     let kept: Vec<&[f32]> = kept.flat_map(|(_, rows)| rows.iter().step_by(FRAME_STRIDE)).map(Vec::as_slice).collect();
     if kept.len() < 2 {

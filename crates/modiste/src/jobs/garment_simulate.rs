@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::event::Reporter;
 use crate::limits::check_range;
-use crate::{Assets, JobError, Sources};
+use crate::{Assets, JobError, PatternChoice, Sources};
 
 /// Dresses bodies of random shape and lets the mean body move in a garment, by physics. What an interrupted run finished
 /// is kept.
@@ -17,8 +17,8 @@ use crate::{Assets, JobError, Sources};
 pub struct GarmentSimulate {
     /// Whose bodies.
     pub gender: Gender,
-    /// Name of the garment: one of the built-in patterns.
-    pub garment: String,
+    /// The garment.
+    pub pattern: PatternChoice,
     /// Number of bodies that are dressed.
     pub bodies: usize,
     /// Seed of their shapes.
@@ -52,9 +52,10 @@ impl GarmentSimulate {
         if mocap.is_none() {
             reporter.warn("no captured motions are there: the garment is learned from made motions alone");
         }
-        let sequences = training_sequences(&model.body(&[])?, mocap.as_deref(), reporter)?;
-        let options =
-            TrainingOptions { body_count: self.bodies, seed: self.seed, ..TrainingOptions::new(&self.garment) };
+        let mean = model.body(&[])?;
+        let pattern = self.pattern.load(&mean, reporter)?;
+        let sequences = training_sequences(&mean, mocap.as_deref(), reporter)?;
+        let options = TrainingOptions { body_count: self.bodies, seed: self.seed, ..TrainingOptions::new(pattern) };
         let summary = generate(&model, &sequences, &options, &self.out, reporter)?;
         Ok(SimulatedGarment {
             folder: self.out.clone(),

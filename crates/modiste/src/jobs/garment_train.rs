@@ -9,7 +9,7 @@ use crate::JobError;
 use crate::event::Reporter;
 
 /// Licence of garment models: patterns and simulation are our own, the bodies below are CC0 and Apache-2.0.
-const LICENCE: &str = "Apache-2.0 OR MIT";
+pub(super) const LICENCE: &str = "Apache-2.0 OR MIT";
 
 /// Learns a garment.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,13 +35,17 @@ pub struct TrainedGarment {
     pub bytes: u64,
 }
 
+/// The command that learns this garment again.
+pub(super) fn provenance_command(set: &TrainingSet) -> String {
+    format!("modiste garment train training/garments/{}-{}", set.garment.gender.name(), set.garment.name)
+}
+
 impl GarmentTrain {
     pub(crate) fn run(&self, reporter: &Reporter<'_>) -> Result<TrainedGarment, JobError> {
         let set = TrainingSet::load(&self.training)?;
         let (mut model, training) = DrapeModel::train(&set, &TrainOptions::default(), reporter)?;
         LICENCE.clone_into(&mut model.provenance.licence);
-        let garment = format!("{}-{}", set.garment.gender.name(), set.garment.name);
-        model.provenance.command = format!("modiste garment train training/garments/{garment}");
+        model.provenance.command = provenance_command(&set);
         model.save(&self.out)?;
         reporter.wrote(&self.out);
         Ok(TrainedGarment {

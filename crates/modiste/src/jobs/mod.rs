@@ -6,9 +6,12 @@ mod body_measure;
 mod body_population;
 mod body_train;
 mod dress;
+mod garment_evaluate;
+mod garment_learn;
 mod garment_simulate;
 mod garment_train;
 mod motion_choice;
+mod pattern_choice;
 
 use serde::Serialize;
 
@@ -18,9 +21,12 @@ pub use body_measure::{BodyMeasure, MeasuredBody};
 pub use body_population::{BodyPopulation, MadePopulation};
 pub use body_train::{BodyTrain, TrainedBody};
 pub use dress::{Dress, Dressed};
+pub use garment_evaluate::{EvaluatedGarment, GarmentEvaluate};
+pub use garment_learn::{GarmentLearn, LearnedGarment};
 pub use garment_simulate::{GarmentSimulate, SimulatedGarment};
 pub use garment_train::{GarmentTrain, TrainedGarment};
 pub use motion_choice::{Action, Length, MotionChoice};
+pub use pattern_choice::PatternChoice;
 
 use crate::event::Reporter;
 use crate::{JobError, Listener};
@@ -42,6 +48,10 @@ pub enum Job {
     GarmentSimulate(GarmentSimulate),
     /// Learns a garment.
     GarmentTrain(GarmentTrain),
+    /// Simulates, learns and measures a garment.
+    GarmentLearn(GarmentLearn),
+    /// Measures a learned garment.
+    GarmentEvaluate(GarmentEvaluate),
 }
 
 /// What a job gives back, beside its files.
@@ -62,6 +72,10 @@ pub enum Outcome {
     SimulatedGarment(SimulatedGarment),
     /// Of [`Job::GarmentTrain`].
     TrainedGarment(TrainedGarment),
+    /// Of [`Job::GarmentLearn`].
+    LearnedGarment(LearnedGarment),
+    /// Of [`Job::GarmentEvaluate`].
+    EvaluatedGarment(EvaluatedGarment),
 }
 
 /// Does a job on this thread; `listener` hears of its progress.
@@ -78,5 +92,7 @@ pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
         Job::BodyTrain(job) => job.run(&reporter).map(Outcome::TrainedBody),
         Job::GarmentSimulate(job) => job.run(&reporter).map(Outcome::SimulatedGarment),
         Job::GarmentTrain(job) => job.run(&reporter).map(Outcome::TrainedGarment),
+        Job::GarmentLearn(job) => job.run(&reporter).map(Outcome::LearnedGarment),
+        Job::GarmentEvaluate(job) => job.run(&reporter).map(Outcome::EvaluatedGarment),
     }
 }

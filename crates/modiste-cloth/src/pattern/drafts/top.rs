@@ -1,10 +1,12 @@
-//! The T-shirt block: front, back and two set-in sleeves.
+//! The top block: front, back and two set-in sleeves, short (T-shirt) or long.
 
 use modiste_body::{Gender, Part};
 use modiste_core::Vec2;
 
-use super::super::{Anchors, Curve, FitRule, GradedPattern, Outline, Panel, Rib, Size, Wrap};
-use super::{Pen, Trend, edge_named, increasing_root, mirrored, mirrored_labels, stitch};
+use super::super::{Anchors, Curve, FitRule, GradedPattern, LowerPart, Outline, Panel, Rib, Wrap};
+use super::{
+    Pen, Trend, edge_named, increasing_root, leading_girths, mirrored, mirrored_labels, stitch, without_panels,
+};
 
 /// What differs between the women's and the men's block. Lengths in metres; trends are on the chest girth.
 #[derive(Debug, Clone, Copy)]
@@ -22,8 +24,12 @@ struct Block {
     /// High shoulder point to hem, and to the underarm.
     length: Trend,
     underarm: Trend,
-    /// Cap top to sleeve hem.
+    /// Cap top to the hem of a short sleeve.
     sleeve: Trend,
+    /// ANSUR II: acromion to elbow, elbow to wrist, wrist girth.
+    upper_arm: Trend,
+    lower_arm: Trend,
+    wrist: Trend,
     chest_ease: f64,
     hem_ease: f64,
     biceps_ease: f64,
@@ -37,8 +43,6 @@ struct Block {
     waist_shaping: f64,
 }
 
-const STEP: f64 = 0.04;
-
 const WOMEN: Block = Block {
     first_chest: 0.70,
     last_chest: 1.34,
@@ -51,6 +55,9 @@ const WOMEN: Block = Block {
     length: Trend { mean: 0.610, slope: 0.125 },
     underarm: Trend { mean: 0.212, slope: 0.110 },
     sleeve: Trend { mean: 0.185, slope: 0.050 },
+    upper_arm: Trend { mean: 0.311, slope: 0.030 },
+    lower_arm: Trend { mean: 0.241, slope: 0.020 },
+    wrist: Trend { mean: 0.155, slope: 0.060 },
     chest_ease: 0.100,
     hem_ease: 0.130,
     biceps_ease: 0.075,
@@ -72,6 +79,9 @@ const MEN: Block = Block {
     length: Trend { mean: 0.700, slope: 0.125 },
     underarm: Trend { mean: 0.240, slope: 0.120 },
     sleeve: Trend { mean: 0.225, slope: 0.050 },
+    upper_arm: Trend { mean: 0.335, slope: 0.035 },
+    lower_arm: Trend { mean: 0.268, slope: 0.025 },
+    wrist: Trend { mean: 0.176, slope: 0.065 },
     chest_ease: 0.110,
     hem_ease: 0.100,
     biceps_ease: 0.075,
@@ -95,27 +105,45 @@ struct Measures {
     shoulder_half: f64,
     shoulder_drop: f64,
     biceps: f64,
+    /// Cap top to hem.
     sleeve: f64,
+    forearm: Option<Forearm>,
+}
+
+/// What a long sleeve covers beyond the elbow.
+#[derive(Debug, Clone, Copy)]
+struct Forearm {
+    /// Height (y) of the elbow.
+    elbow: f64,
+    /// Width of the hem.
+    hem: f64,
+}
+
+/// How far the sleeves reach.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sleeve {
+    Short,
+    Long,
 }
 
 /// Drafts the T-shirt in every size.
 pub fn draft_tshirt(gender: Gender) -> GradedPattern {
+    draft("tshirt", gender, Sleeve::Short)
+}
+
+/// Drafts the shirt with long sleeves in every size.
+pub fn draft_longsleeve(gender: Gender) -> GradedPattern {
+    draft("longsleeve", gender, Sleeve::Long)
+}
+
+fn draft(garment: &str, gender: Gender, sleeve: Sleeve) -> GradedPattern {
     let block = match gender {
         Gender::Female => WOMEN,
         Gender::Male => MEN,
     };
-    let count = ((block.last_chest - block.first_chest) / STEP).round() as usize + 1;
-    let chests: Vec<f64> = (0..count).map(|i| block.first_chest + STEP * i as f64).collect();
-    let sizes = chests
-        .iter()
-        .map(|&chest| Size {
-            name: format!("{:.0}", chest * 100.0),
-            chest_girth: chest,
-            waist_girth: block.waist.at(chest - block.centre),
-            hip_girth: block.hip.at(chest - block.centre),
-        })
-        .collect();
-    let drafts: Vec<[(Outline, Vec<String>); 3]> = chests.iter().map(|&chest| draft_size(&block, chest)).collect();
+    let chests = leading_girths(block.first_chest, block.last_chest);
+    let measures: Vec<Measures> = chests.iter().map(|&chest| measures(&block, chest, sleeve)).collect();
+    let drafts: Vec<[(Outline, Vec<String>); 3]> = measures.iter().map(draft_size).collect();
     let column = |panel: usize| -> Vec<Outline> { drafts.iter().map(|d| d[panel].0.clone()).collect() };
     let labels = |panel: usize| drafts[0][panel].1.clone();
     let panel = |name: &str, labels: Vec<String>, outlines: Vec<Outline>, wrap: Wrap, part: Part| Panel {
@@ -124,27 +152,32 @@ pub fn draft_tshirt(gender: Gender) -> GradedPattern {
         outlines,
         wrap,
         part,
-        lower_part: None,
+        lower_parts: Vec::new(),
+        covers: Vec::new(),
     };
+    let elbows: Option<Vec<f64>> = measures.iter().map(|m| Some(m.forearm?.elbow)).collect();
+    let sleeve =
+        |name: &str, labels: Vec<String>, outlines: Vec<Outline>, wrap: Wrap, [upper, lower]: [Part; 2]| Panel {
+            lower_parts: elbows.iter().map(|below| LowerPart { part: lower, below: below.clone() }).collect(),
+            ..panel(name, labels, outlines, wrap, upper)
+        };
     let right_sleeve = column(2).iter().map(mirrored).collect();
-    let mut pattern = GradedPattern {
-        garment: "tshirt".to_owned(),
-        gender: gender.name().to_owned(),
-        material: "jersey".to_owned(),
-        template_size: chests.iter().position(|&c| c > block.centre - 0.5 * STEP).unwrap_or(0),
-        sizes,
-        fit: FitRule::Upper,
-        panels: vec![
-            panel("front", labels(0), column(0), Wrap::TorsoFront, Part::Chest),
-            panel("back", labels(1), column(1), Wrap::TorsoBack, Part::Chest),
-            panel("left_sleeve", labels(2), column(2), Wrap::LeftArm, Part::LeftUpperArm),
-            panel("right_sleeve", mirrored_labels(&labels(2)), right_sleeve, Wrap::RightArm, Part::RightUpperArm),
-        ],
-        stitches: Vec::new(),
-        waist_band: Vec::new(),
-        ribs: Vec::new(),
-        anchors: Vec::new(),
-    };
+    let named = (garment, gender, "jersey");
+    let mut pattern = without_panels(named, FitRule::Upper, (&chests, block.centre), |chest| {
+        [chest, block.waist.at(chest - block.centre), block.hip.at(chest - block.centre)]
+    });
+    pattern.panels = vec![
+        panel("front", labels(0), column(0), Wrap::TorsoFront, Part::Chest),
+        panel("back", labels(1), column(1), Wrap::TorsoBack, Part::Chest),
+        sleeve("left_sleeve", labels(2), column(2), Wrap::LeftArm, [Part::LeftUpperArm, Part::LeftForearm]),
+        sleeve(
+            "right_sleeve",
+            mirrored_labels(&labels(2)),
+            right_sleeve,
+            Wrap::RightArm,
+            [Part::RightUpperArm, Part::RightForearm],
+        ),
+    ];
     stitch(
         &mut pattern,
         &[
@@ -171,8 +204,13 @@ pub fn draft_tshirt(gender: Gender) -> GradedPattern {
     pattern
 }
 
-/// Front, back and left sleeve of one size.
-fn draft_size(block: &Block, chest: f64) -> [(Outline, Vec<String>); 3] {
+/// A long sleeve ends this far beyond the wrist (m).
+const BEYOND_WRIST: f64 = 0.012;
+
+/// Room at the wrist (m).
+const WRIST_EASE: f64 = 0.065;
+
+fn measures(block: &Block, chest: f64, sleeve: Sleeve) -> Measures {
     let offset = chest - block.centre;
     let hip = block.hip.at(offset);
     let neck = block.neck.at(offset) / 6.0;
@@ -180,7 +218,15 @@ fn draft_size(block: &Block, chest: f64) -> [(Outline, Vec<String>); 3] {
     // The underarm stays outside the shoulder tip in the narrowest sizes.
     let shoulder_half = (0.5 * block.biacromial.at(offset) + block.shoulder_extra).min(0.25 * girth - 0.024);
     let neck_half = neck + block.neck_extra;
-    let m = Measures {
+    let upper_arm = block.upper_arm.at(offset) - block.shoulder_extra;
+    let (sleeve, forearm) = match sleeve {
+        Sleeve::Short => (block.sleeve.at(offset), None),
+        Sleeve::Long => {
+            let forearm = Forearm { elbow: -upper_arm, hem: block.wrist.at(offset) + WRIST_EASE };
+            (upper_arm + block.lower_arm.at(offset) + BEYOND_WRIST, Some(forearm))
+        }
+    };
+    Measures {
         chest_half: 0.25 * girth,
         hem_half: 0.25 * girth.max(hip + block.hem_ease),
         waist_shaping: block.waist_shaping,
@@ -192,15 +238,20 @@ fn draft_size(block: &Block, chest: f64) -> [(Outline, Vec<String>); 3] {
         shoulder_half,
         shoulder_drop: (shoulder_half - neck_half) * block.shoulder_slope,
         biceps: block.biceps.at(offset) + block.biceps_ease,
-        sleeve: block.sleeve.at(offset),
-    };
-    let front = draft_front(&m);
-    let back = draft_back(&m);
+        sleeve,
+        forearm,
+    }
+}
+
+/// Front, back and left sleeve of one size.
+fn draft_size(m: &Measures) -> [(Outline, Vec<String>); 3] {
+    let front = draft_front(m);
+    let back = draft_back(m);
     let armhole = |piece: &(Outline, Vec<String>)| {
         let edge = piece.1.iter().position(|l| l == "armhole_left").unwrap_or(0);
         piece.0.edge_length(edge)
     };
-    let sleeve = draft_sleeve(&m, armhole(&front), armhole(&back));
+    let sleeve = draft_sleeve(m, armhole(&front), armhole(&back));
     [front, back, sleeve]
 }
 
@@ -286,7 +337,7 @@ fn draft_sleeve(m: &Measures, front_armhole: f64, back_armhole: f64) -> (Outline
     let (front, back) = (cap_width(height, front_armhole), cap_width(height, back_armhole));
     let [front_low, front_high] = cap_controls(front, height);
     let [back_low, back_high] = cap_controls(back, height);
-    let taper = 0.014;
+    let taper = m.forearm.map_or(0.014, |forearm| 0.5 * (front + back - forearm.hem));
     Pen::start((-front + taper, -m.sleeve))
         .line("hem", (back - taper, -m.sleeve))
         .line("underarm_back", (back, -height))
