@@ -161,6 +161,17 @@ fn patterns_that_cannot_be_worn_are_refused_before_work() {
         &changed(r#""properties""#, r#""modiste": {"schema": "modiste-pattern-9"}, "properties""#),
         "modiste",
     );
+    let doubled = changed("[54, 40], [0, 40]]", "[54, 40], [0, 40], [0, 40]]").replacen(
+        r#"{"endpoints": [3, 0]}"#,
+        r#"{"endpoints": [3, 4]}, {"endpoints": [4, 0]}"#,
+        1,
+    );
+    learn("doubled.json", &doubled, "front has two corners in one place");
+    let (head, rest) = SKIRT.split_once("\"stitches\": ").unwrap();
+    let (_, tail) = rest.split_once("]]},").unwrap();
+    learn("alone.json", &format!("{head}\"stitches\": []}},{tail}"), "sewn to nothing");
+    let thrice = changed("}]]},", r#"}], [{"panel": "front", "edge": 3}, {"panel": "back", "edge": 3}]]},"#);
+    learn("thrice.json", &thrice, "edge 3 of panel front is in more than one seam");
     let words = ["garment", "learn", "cape", "--out", "cape.safetensors"];
     refused_in(folder.path(), &words, "no pattern named cape; there are tshirt, longsleeve, shorts, pants, skirt");
     refused_in(folder.path(), &["garment", "learn", "--pattern", "absent.json", "--out", "x"], "absent.json");

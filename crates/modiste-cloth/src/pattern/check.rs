@@ -2,7 +2,7 @@
 
 use modiste_core::Vec2;
 
-use super::{GradedPattern, Stitch, signed_area};
+use super::{EdgeId, GradedPattern, Stitch, signed_area};
 
 /// Segments a curved edge is split into when looking for crossings.
 const CHECK_SEGMENTS: usize = 16;
@@ -48,6 +48,32 @@ pub enum PatternFault {
         /// Signed area (m²).
         area: f64,
     },
+    /// Two corners of an outline lie on each other.
+    #[error("panel {panel} has two corners in one place in size {size}: {a} and {b}")]
+    SameCorner {
+        /// Name of the panel.
+        panel: String,
+        /// Name of the size.
+        size: String,
+        /// First corner.
+        a: usize,
+        /// Second corner.
+        b: usize,
+    },
+    /// An edge is sewn more than once: the cloth would branch.
+    #[error("edge {edge} of panel {panel} is in more than one seam")]
+    SewnTwice {
+        /// Name of the panel.
+        panel: String,
+        /// Index of the edge.
+        edge: usize,
+    },
+    /// A panel hangs by no seam.
+    #[error("panel {panel} is sewn to nothing")]
+    Loose {
+        /// Name of the panel.
+        panel: String,
+    },
     /// The sides of a seam differ in length.
     #[error("seam {seam} of size {size} cannot be closed: {a} is {a_length:.4} m long, {b} is {b_length:.4} m")]
     SeamLength {
@@ -84,11 +110,16 @@ impl GradedPattern {
                 if !area.is_finite() || area.abs() < 1e-6 || turned {
                     return Err(PatternFault::Area { panel: panel.name.clone(), size: size.name.clone(), area });
                 }
+                if let Some([a, b]) = same_corner(&outline.vertices) {
+                    let (panel, size) = (panel.name.clone(), size.name.clone());
+                    return Err(PatternFault::SameCorner { panel, size, a, b });
+                }
                 if crosses_itself(&polygon) {
                     return Err(PatternFault::Crossing { panel: panel.name.clone(), size: size.name.clone() });
                 }
             }
         }
+        self.check_connected()?;
         for seam in 0..self.stitches.len() {
             for size in 0..self.sizes.len() {
                 self.check_seam(seam, size)?;
@@ -135,6 +166,22 @@ impl GradedPattern {
         Ok(())
     }
 
+    /// Every edge is in one seam at most, and every panel in one at least where there are several.
+    fn check_connected(&self) -> Result<(), PatternFault> {
+        let mut sides: Vec<EdgeId> = Vec::new();
+        for side in self.stitches.iter().flat_map(|stitch| stitch.sides) {
+            if sides.contains(&side) {
+                return Err(PatternFault::SewnTwice { panel: self.panels[side.panel].name.clone(), edge: side.edge });
+            }
+            sides.push(side);
+        }
+        let is_loose = |panel: usize| self.panels.len() > 1 && sides.iter().all(|side| side.panel != panel);
+        match (0..self.panels.len()).find(|&panel| is_loose(panel)) {
+            Some(panel) => Err(PatternFault::Loose { panel: self.panels[panel].name.clone() }),
+            None => Ok(()),
+        }
+    }
+
     fn check_seam(&self, seam: usize, size: usize) -> Result<(), PatternFault> {
         let stitch = &self.stitches[seam];
         let [a_length, b_length] = self.seam_lengths(stitch, size);
@@ -147,6 +194,14 @@ impl GradedPattern {
         });
         Err(PatternFault::SeamLength { seam, size: self.sizes[size].name.clone(), a, b, a_length, b_length })
     }
+}
+
+/// Corners nearer to each other than this (m) cannot be meshed.
+const SAME: f64 = 1e-5;
+
+fn same_corner(corners: &[Vec2]) -> Option<[usize; 2]> {
+    let pairs = (0..corners.len()).flat_map(|a| (a + 1..corners.len()).map(move |b| [a, b]));
+    pairs.into_iter().find(|&[a, b]| corners[a].distance(corners[b]) < SAME)
 }
 
 /// Whether two segments of a closed polygon cross; neighbours only touch.
