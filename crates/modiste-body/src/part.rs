@@ -115,6 +115,17 @@ impl Part {
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|part| part.name() == name)
     }
+
+    /// The part on the other side of the body; one in the middle is its own.
+    #[must_use]
+    pub fn mirrored(self) -> Self {
+        let other = match self.name().split_once('_') {
+            Some(("left", rest)) => format!("right_{rest}"),
+            Some(("right", rest)) => format!("left_{rest}"),
+            _ => return self,
+        };
+        Self::from_name(&other).unwrap_or(self)
+    }
 }
 
 #[cfg(test)]
@@ -127,6 +138,10 @@ mod tests {
             assert_eq!(part.index(), index);
             assert_eq!(Part::from_name(part.name()), Some(part));
             assert!(part.parent().is_none_or(|parent| parent < part));
+            assert_eq!(part.mirrored().mirrored(), part);
+            assert_eq!(part.mirrored().parent(), part.parent().map(Part::mirrored));
         }
+        assert_eq!(Part::LeftUpperArm.mirrored(), Part::RightUpperArm);
+        assert_eq!(Part::Chest.mirrored(), Part::Chest);
     }
 }

@@ -86,6 +86,19 @@ impl Pose {
         between
     }
 
+    /// The pose as it is seen in a mirror at the plane x = 0.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        let x = self.root_translation;
+        let mut mirrored = Self::template(Vec3::new(-x.x, x.y, x.z));
+        for part in Part::ALL {
+            // A rotation vector is a pseudovector: its part along the mirror turns round.
+            let turn = self.rotations[part.index()];
+            mirrored.rotations[part.mirrored().index()] = Vec3::new(turn.x, -turn.y, -turn.z);
+        }
+        mirrored
+    }
+
     /// Whether every number is finite.
     pub fn is_finite(&self) -> bool {
         self.root_translation.is_finite() && self.rotations.iter().all(|rotation| rotation.is_finite())
@@ -96,6 +109,12 @@ impl Motion {
     /// Length in seconds, from the first frame to the last.
     pub fn duration(&self) -> f64 {
         self.frames.len().saturating_sub(1) as f64 / self.fps
+    }
+
+    /// The motion as it is seen in a mirror at the plane x = 0.
+    #[must_use]
+    pub fn mirrored(&self) -> Self {
+        Self { fps: self.fps, frames: self.frames.iter().map(Pose::mirrored).collect() }
     }
 
     /// The frames of `range` alone.
@@ -146,6 +165,21 @@ mod tests {
         }
         for (matrix, quaternion) in pose.world_rotations().iter().zip(pose.world_quaternions()) {
             assert!((*matrix * Vec3::X - quaternion * Vec3::X).length() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_mirrored_pose_moves_the_mirrored_joints() {
+        let mirror = |x: Vec3| Vec3::new(-x.x, x.y, x.z);
+        let mut rest = [Vec3::ZERO; Part::COUNT];
+        for part in Part::ALL {
+            let i = part.index() as f64;
+            rest[part.index()] = Vec3::new(i.sin(), i * 0.1, (i * 3.0).cos());
+        }
+        let mirrored_rest = Part::ALL.map(|part| mirror(rest[part.mirrored().index()]));
+        let (posed, mirrored) = (some_pose().joints(&rest), some_pose().mirrored().joints(&mirrored_rest));
+        for part in Part::ALL {
+            assert!(mirrored[part.index()].distance(mirror(posed[part.mirrored().index()])) < 1e-12, "{}", part.name());
         }
     }
 

@@ -1,7 +1,7 @@
 //! What every learned garment is worth on bodies and motions that it was not learned from.
 
 use anyhow::{Result, bail};
-use modiste::{EvaluatedGarment, GarmentEvaluate, Gender, Job, Outcome, Sources, run};
+use modiste::{EvaluatedGarment, Event, GarmentEvaluate, Gender, Job, Outcome, Sources, run};
 use modiste_cloth::pattern;
 
 use super::page::{Page, rounded};
@@ -47,7 +47,7 @@ pub(super) fn measure() -> Result<Page> {
                 bodies: OTHER_BODIES,
                 sources: Sources { makehuman: None, data: workspace_root().join("../shared/data") },
             };
-            let Outcome::EvaluatedGarment(found) = run(&Job::GarmentEvaluate(job), &|_| {})? else {
+            let Outcome::EvaluatedGarment(found) = run(&Job::GarmentEvaluate(job), &tell)? else {
                 bail!("evaluating {garment} gave something else");
             };
             claim(&mut page, garment, &found);
@@ -74,6 +74,15 @@ pub(super) fn measure() -> Result<Page> {
         rows,
     );
     Ok(page)
+}
+
+/// Says what is being measured; a garment takes minutes.
+fn tell(event: Event) {
+    match event {
+        Event::Started { stage, total } => println!("{stage}: {total} steps"),
+        Event::Warning { message } => println!("warning: {message}"),
+        Event::Advanced { .. } | Event::Finished { .. } | Event::Wrote { .. } => {}
+    }
 }
 
 fn shape_error(found: &EvaluatedGarment) -> Option<f64> {

@@ -105,17 +105,6 @@ fn part_of_bone(bone: &str) -> Option<Part> {
     })
 }
 
-/// The part on the other side of the body.
-fn mirrored(part: Part) -> Part {
-    let name = part.name();
-    let other = match name.split_once('_') {
-        Some(("left", rest)) => format!("right_{rest}"),
-        Some(("right", rest)) => format!("left_{rest}"),
-        _ => name.to_owned(),
-    };
-    Part::from_name(&other).unwrap_or(part)
-}
-
 /// The vertices of the base mesh that become points: body vertices as they are, joints as means of cubes.
 struct PointMap {
     vertex_count: usize,
@@ -237,7 +226,7 @@ fn skin_weights(bones: &SkinWeights, vertices: &[Vec3]) -> Result<Vec<Vec<(Part,
     }
     let mirror = mirror_vertices(vertices)?;
     let weights_of = |vertex: usize| -> Result<Vec<(Part, f64)>, MakeHumanError> {
-        let own = |part: Part| 0.5 * (dense[vertex][part.index()] + dense[mirror[vertex]][mirrored(part).index()]);
+        let own = |part: Part| 0.5 * (dense[vertex][part.index()] + dense[mirror[vertex]][part.mirrored().index()]);
         let total: f64 = Part::ALL.into_iter().map(own).sum();
         if total <= 0.0 {
             return Err(MakeHumanError::Unweighted { vertex });

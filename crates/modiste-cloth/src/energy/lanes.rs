@@ -106,6 +106,8 @@ pub(crate) struct LaneLaw {
     stiffening: [f32; 4],
     limit: f32,
     limit_stiffness: f32,
+    /// What weft and warp resist less of a compression than of a stretch, as a share.
+    slack: f32,
     viscosity: f32,
 }
 
@@ -120,6 +122,7 @@ impl LaneLaw {
             stiffening: [weft, warp, bias, bias],
             limit: limit as f32,
             limit_stiffness: law.limit_stiffness as f32,
+            slack: (1.0 - law.compression) as f32,
             viscosity: viscosity as f32,
         }
     }
@@ -141,18 +144,20 @@ impl LaneLaw {
                 stretched * stretched * (0.5 * self.stiffening[yarn]) + beyond.ramp() * self.limit_stiffness;
         }
         let bias = (tension[2] + tension[3]) * 0.5;
+        let borne = [e1, e2].map(|e| e + (-e).ramp() * self.slack);
+        let share = [e1, e2].map(|e| Lanes::splat(1.0) - (-e).step() * self.slack);
         let stress = [
-            e1 * weft + e2 * cross + tension[0] + bias,
-            e1 * cross + e2 * warp + tension[1] + bias,
+            borne[0] * weft + e2 * cross + tension[0] + bias,
+            e1 * cross + borne[1] * warp + tension[1] + bias,
             g * shear + (tension[2] - tension[3]) * 0.5,
         ];
         let both = (slope[2] + slope[3]) * 0.25;
         let skew = (slope[2] - slope[3]) * 0.25;
         let tangent = [
-            slope[0] + both + Lanes::splat(weft),
+            slope[0] + both + share[0] * weft,
             both + Lanes::splat(cross),
             skew,
-            slope[1] + both + Lanes::splat(warp),
+            slope[1] + both + share[1] * warp,
             skew,
             both + Lanes::splat(shear),
         ];

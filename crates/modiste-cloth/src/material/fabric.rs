@@ -34,6 +34,17 @@ const YARN_LIMIT_STIFFNESS: f64 = 2000.0;
 const STRETCH_DAMPING: f64 = 20.0e-3;
 const BEND_DAMPING: f64 = 50.0e-3;
 
+/// Share of the modulus that resists compression. At the critical load `4π² B/h²` of a strip as long as an edge of the mesh,
+/// 16 mm, the fabrics carry 3 to 25 N/m: what a hundredth to a tenth of their moduli would at full compression. With the
+/// whole modulus creases of single edges stay where they first arose: of the wrinkles of shorts in motions held out, the
+/// pose foretold 0.37 of the variance with 1, 0.53 with 0.1 and 0.58 with 0.02.
+const COMPRESSION: f64 = 0.02;
+
+/// A measured law as cloth of a garment on a mesh of centimetres has it.
+fn worn(stretch: Stretch) -> Stretch {
+    stretch.with_limit(YARN_LIMIT, YARN_LIMIT_STIFFNESS).with_compression(COMPRESSION)
+}
+
 impl Fabric {
     /// Takes the tables of Wang, Ramamoorthi and O'Brien 2011 (see [`Stretch::from_table`] and [`Bend::from_table`]).
     ///
@@ -48,7 +59,7 @@ impl Fabric {
         let fabric = Self {
             name: name.to_owned(),
             density,
-            stretch: Stretch::from_table(stretching).with_limit(YARN_LIMIT, YARN_LIMIT_STIFFNESS),
+            stretch: worn(Stretch::from_table(stretching)),
             bend: Bend::from_table(bending),
             stretch_damping: STRETCH_DAMPING,
             bend_damping: BEND_DAMPING,
@@ -91,7 +102,7 @@ impl Fabric {
         Self {
             name: name.to_owned(),
             density: measured.density,
-            stretch: Stretch::from_table(&measured.stretching).with_limit(YARN_LIMIT, YARN_LIMIT_STIFFNESS),
+            stretch: worn(Stretch::from_table(&measured.stretching)),
             bend: Bend::from_table(&measured.bending),
             stretch_damping: STRETCH_DAMPING,
             bend_damping: BEND_DAMPING,

@@ -10,10 +10,10 @@ pub type Voigt = [f64; 3];
 ///
 /// Energy density (J/m²) over Green strain `E = (FᵀF - I)/2`:
 ///
-/// `W = ½(weft E11² + 2 cross E11 E22 + warp E22² + shear E12²) + Σ_d [ b_d/6 ⟨e_d⟩³ + ½ k ⟨e_d - e_limit⟩² ]`
+/// `W = ½(weft ⌊E11⌋² + 2 cross E11 E22 + warp ⌊E22⌋² + shear E12²) + Σ_d [ b_d/6 ⟨e_d⟩³ + ½ k ⟨e_d - e_limit⟩² ]`
 ///
-/// with the yarn strain `e_d = dᵀE d` along weft, warp and the two bias directions and `⟨x⟩ = max(x, 0)`. The first part
-/// is the St. Venant-Kirchhoff law of Wang, Ramamoorthi and O'Brien 2011 at small strain; the cubic terms give
+/// with the yarn strain `e_d = dᵀE d` along weft, warp and the two bias directions, `⟨x⟩ = max(x, 0)`, and
+/// `⌊x⌋² = x²` in tension and `compression · x²` in compression. The first part is the St. Venant-Kirchhoff law of Wang, Ramamoorthi and O'Brien 2011 at small strain; the cubic terms give
 /// the stiffening that they measured as a potential (theirs looks the moduli up by strain, which has none); the last one is
 /// the strain limit, where the yarns of a knit run straight.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -32,6 +32,17 @@ pub struct Stretch {
     pub limit: f64,
     /// Modulus `k` beyond the limit (N/m).
     pub limit_stiffness: f64,
+    /// Share of `weft` and `warp` that resists compression: above 0, at most 1.
+    ///
+    /// Pressed cloth folds at next to no force, into folds finer than a mesh of centimetres can show. Triangles that resist
+    /// like a plate instead lock in creases of one edge that stay wherever they first arose. This is the relaxed energy of
+    /// tension field theory (Pipkin 1986), with a rest of stiffness that keeps triangles open.
+    #[serde(default = "one")]
+    pub compression: f64,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 /// Coefficients of `e_d = n · (E11, E22, 2 E12)` for weft, warp and the two bias directions.
@@ -42,6 +53,9 @@ const YARN_KIND: [usize; 4] = [0, 1, 2, 2];
 
 /// The largest share of `√(weft warp)` that the cross modulus may reach, so that the base stays definite.
 const MAX_CROSS_SHARE: f64 = 0.9;
+
+/// Share of a stretch by which slack cloth may draw in across it.
+const MAX_CONTRACTION: f64 = 0.5;
 
 /// Green strain of the outer rows of the measured table: a stretch of 7/6.
 const TABLE_STRAIN: f64 = (49.0 / 36.0 - 1.0) / 2.0;
@@ -58,6 +72,7 @@ impl Stretch {
             stiffening: [0.0; 3],
             limit: f64::INFINITY,
             limit_stiffness: 0.0,
+            compression: 1.0,
         }
     }
 
@@ -81,7 +96,7 @@ impl Stretch {
         // the bias strains weft and warp by e/2: bias + (weft + warp)/8 = bias_excess.
         let bias = ((bias_excess - (weft_excess + warp_excess) / 8.0) / (1.0 - 1.0 / 16.0)).max(0.0);
         let stiffening = [(weft_excess - bias / 4.0).max(0.0), (warp_excess - bias / 4.0).max(0.0), bias];
-        Self { weft, warp, cross, shear, stiffening, limit: f64::INFINITY, limit_stiffness: 0.0 }
+        Self { weft, warp, cross, shear, stiffening, limit: f64::INFINITY, limit_stiffness: 0.0, compression: 1.0 }
     }
 
     /// The same with yarns that lock at the stretch `limit` with modulus `stiffness` (N/m).
@@ -89,10 +104,23 @@ impl Stretch {
         Self { limit, limit_stiffness: stiffness, ..self }
     }
 
+    /// The same with a share of the moduli left against compression, or more where the Poisson coupling asks for it: no
+    /// stretch may draw the cloth in by more than [`MAX_CONTRACTION`] of itself. That keeps the law definite, too.
+    pub fn with_compression(self, share: f64) -> Self {
+        let least = self.cross.abs() / (MAX_CONTRACTION * self.weft.min(self.warp));
+        Self { compression: share.max(least).min(1.0), ..self }
+    }
+
+    /// The moduli along weft and warp, as they are under these strains.
+    fn moduli(&self, e1: f64, e2: f64) -> [f64; 2] {
+        [(self.weft, e1), (self.warp, e2)].map(|(k, e)| if e < 0.0 { self.compression * k } else { k })
+    }
+
     /// Energy density (J/m²).
     pub fn energy(&self, strain: &Voigt) -> f64 {
         let [e1, e2, g] = *strain;
-        let base = self.weft * e1 * e1 + 2.0 * self.cross * e1 * e2 + self.warp * e2 * e2 + 0.25 * self.shear * g * g;
+        let [weft, warp] = self.moduli(e1, e2);
+        let base = weft * e1 * e1 + 2.0 * self.cross * e1 * e2 + warp * e2 * e2 + 0.25 * self.shear * g * g;
         let limit = self.limit_strain();
         YARNS.iter().zip(YARN_KIND).fold(0.5 * base, |sum, (n, kind)| {
             let e = n[0] * e1 + n[1] * e2 + n[2] * g;
@@ -106,8 +134,9 @@ impl Stretch {
     pub fn stress_and_tangent(&self, strain: &Voigt) -> (Voigt, [[f64; 3]; 3]) {
         let [e1, e2, g] = *strain;
         let quarter_shear = 0.25 * self.shear;
-        let mut stress = [self.weft * e1 + self.cross * e2, self.cross * e1 + self.warp * e2, quarter_shear * g];
-        let mut tangent = [[self.weft, self.cross, 0.0], [self.cross, self.warp, 0.0], [0.0, 0.0, quarter_shear]];
+        let [weft, warp] = self.moduli(e1, e2);
+        let mut stress = [weft * e1 + self.cross * e2, self.cross * e1 + warp * e2, quarter_shear * g];
+        let mut tangent = [[weft, self.cross, 0.0], [self.cross, warp, 0.0], [0.0, 0.0, quarter_shear]];
         let limit = self.limit_strain();
         for (n, kind) in YARNS.iter().zip(YARN_KIND) {
             let e = n[0] * e1 + n[1] * e2 + n[2] * g;
@@ -142,8 +171,15 @@ impl Stretch {
             check_not_negative("stretch.stiffening", stiffening)?;
         }
         check_not_negative("stretch.limit_stiffness", self.limit_stiffness)?;
-        if self.cross.abs() >= (self.weft * self.warp).sqrt() || self.cross.is_nan() {
-            let want = "smaller than the geometric mean of weft and warp";
+        if !(self.compression > 0.0 && self.compression <= 1.0) {
+            return Err(ClothError::Value {
+                field: "stretch.compression",
+                want: "above 0 and at most 1",
+                found: self.compression,
+            });
+        }
+        if self.cross.abs() >= (self.compression * self.weft * self.warp).sqrt() || self.cross.is_nan() {
+            let want = "smaller than the geometric mean of weft and warp, times the root of the compression share";
             return Err(ClothError::Value { field: "stretch.cross", want, found: self.cross });
         }
         if self.limit <= 1.0 || self.limit.is_nan() {
@@ -155,7 +191,7 @@ impl Stretch {
 
 #[cfg(test)]
 mod tests {
-    use super::{Stretch, TABLE_STRAIN};
+    use super::{MAX_CONTRACTION, Stretch, TABLE_STRAIN};
     use crate::material::Fabric;
 
     #[test]
@@ -197,6 +233,24 @@ mod tests {
         let measured = 2.0 * (k0 + 2.0 * k1 + k2 + k3) / 4.0 * TABLE_STRAIN;
         // The weft stiffening is clamped at zero for this knit, so the bias may come out slightly stiffer.
         assert!((along / measured - 1.0).abs() < 0.05, "{along} against {measured}");
+    }
+
+    #[test]
+    fn compression_is_resisted_less_and_never_so_little_that_the_law_is_indefinite() {
+        let law = Stretch::isotropic(120.0, 0.3);
+        let slack = law.with_compression(0.7);
+        let pressed = [-0.02, 0.0, 0.0];
+        let ratio = slack.stress_and_tangent(&pressed).0[0] / law.stress_and_tangent(&pressed).0[0];
+        assert!((ratio - 0.7).abs() < 1e-12, "{ratio}");
+        assert_eq!(slack.stress_and_tangent(&[0.02, 0.01, 0.0]), law.stress_and_tangent(&[0.02, 0.01, 0.0]));
+        let least = law.with_compression(1e-6);
+        least.check().unwrap();
+        let drawn_in = -least.cross / (least.compression * least.weft);
+        assert!((drawn_in + MAX_CONTRACTION).abs() < 1e-12, "{drawn_in}");
+        let (_, tangent) = least.stress_and_tangent(&[0.01, -0.01, 0.0]);
+        assert!(tangent[0][0] * tangent[1][1] > tangent[0][1] * tangent[0][1]);
+        assert!(Stretch { compression: 0.0, ..law }.check().is_err());
+        assert!(Stretch { compression: 0.01, ..law }.check().is_err(), "indefinite");
     }
 
     #[test]

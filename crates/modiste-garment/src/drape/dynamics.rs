@@ -9,12 +9,13 @@ use crate::GarmentError;
 /// Wrinkle coefficients from the pose and from the last two frames:
 /// `ψ^f = m + M1 θ_c^f + M2 ψ^{f-1} + M3 ψ^{f-2} + M4 z^{f,f-2} + M5 z^{f-1,f-2}` (DRAPE eq. 5).
 ///
-/// The constant `m` is not in the paper. Without it ψ would be forced to 0, the mean wrinkles of the training motions,
+/// Where the inputs have a memory, `M6` times the mean of the past θ_c less θ_c^f is added; it is not in the paper, nor is
+/// the constant `m`. Without that ψ would be forced to 0, the mean wrinkles of the training motions,
 /// at θ_c = 0, the template pose, which is not the mean pose of a motion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dynamics {
     pub(crate) inputs: PoseInputs,
-    /// Rows 1, θ_c, ψ^{f-1}, ψ^{f-2}, z^{f,f-2}, z^{f-1,f-2}; one column per ψ.
+    /// Rows 1, θ_c, ψ^{f-1}, ψ^{f-2}, z^{f,f-2}, z^{f-1,f-2}, memory; one column per ψ.
     pub(crate) coefficients: Matrix,
     /// Rows 1, θ_c; one column per ψ: the model of order zero, "without dynamics".
     pub(crate) static_coefficients: Matrix,
@@ -29,6 +30,8 @@ pub struct Dynamics {
 pub struct DynamicsState {
     wrinkles: [Vec<f64>; 2],
     poses: Option<[Pose; 2]>,
+    /// Mean of the past θ_c.
+    memory: Vec<f64>,
     /// The wrinkles of the last frame at their amplitudes.
     shown: Vec<f64>,
     row: Vec<f64>,
@@ -41,6 +44,7 @@ pub(crate) struct RowLayout {
     pub(crate) pose: usize,
     pub(crate) history: usize,
     pub(crate) change: usize,
+    pub(crate) memory: usize,
     pub(crate) end: usize,
     wrinkle_count: usize,
     change_count: usize,
@@ -50,30 +54,42 @@ impl RowLayout {
     pub(crate) fn new(inputs: &PoseInputs, wrinkle_count: usize) -> Self {
         let history = 1 + inputs.pose_count();
         let change = history + 2 * wrinkle_count;
-        let end = change + 2 * inputs.change_count();
-        Self { pose: 1, history, change, end, wrinkle_count, change_count: inputs.change_count() }
+        let memory = change + 2 * inputs.change_count();
+        let end = memory + inputs.memory_count();
+        Self { pose: 1, history, change, memory, end, wrinkle_count, change_count: inputs.change_count() }
     }
 }
 
-/// Writes one row of regressors; `poses` and `wrinkles` are those of the frame before and of the one before that.
-#[expect(clippy::too_many_arguments, reason = "the terms of eq. 5 one by one")]
+/// What a frame comes after: poses and wrinkles of the frame before and of the one before that, and the mean of the past θ_c.
+pub(crate) struct Past<'a> {
+    pub(crate) poses: [&'a Pose; 2],
+    pub(crate) wrinkles: [&'a [f64]; 2],
+    pub(crate) memory: &'a mut [f64],
+}
+
+/// Writes one row of regressors, and takes the pose into the memory of the past.
 pub(crate) fn fill_row(
     inputs: &PoseInputs,
     layout: RowLayout,
     pose: &Pose,
-    poses: [&Pose; 2],
-    wrinkles: [&[f64]; 2],
+    past: Past<'_>,
     scratch: &mut [f64],
     row: &mut [f64],
 ) {
     row[0] = 1.0;
-    inputs.pose(pose, &mut row[layout.pose..layout.history]);
-    let (first, second) = row[layout.history..layout.change].split_at_mut(layout.wrinkle_count);
-    first.copy_from_slice(wrinkles[0]);
-    second.copy_from_slice(wrinkles[1]);
-    let (first, second) = row[layout.change..].split_at_mut(layout.change_count);
-    inputs.change(pose, poses[1], scratch, first);
-    inputs.change(poses[0], poses[1], scratch, second);
+    let (head, memory) = row.split_at_mut(layout.memory);
+    inputs.pose(pose, &mut head[layout.pose..layout.history]);
+    let (first, second) = head[layout.history..layout.change].split_at_mut(layout.wrinkle_count);
+    first.copy_from_slice(past.wrinkles[0]);
+    second.copy_from_slice(past.wrinkles[1]);
+    let (first, second) = head[layout.change..].split_at_mut(layout.change_count);
+    inputs.change(pose, past.poses[1], scratch, first);
+    inputs.change(past.poses[0], past.poses[1], scratch, second);
+    let theta = &head[layout.pose..layout.history];
+    inputs.remember(theta, false, past.memory);
+    for ((out, mean), value) in memory.iter_mut().zip(past.memory.iter()).zip(theta) {
+        *out = mean - value;
+    }
 }
 
 /// `out = rowᵀ coefficients`.
@@ -135,17 +151,17 @@ impl Dynamics {
         RowLayout::new(&self.inputs, self.wrinkle_count())
     }
 
-    /// The matrices m, M1 … M5 of eq. 5, in this order, each transposed: one column per ψ.
-    pub fn matrices(&self) -> [Matrix; 6] {
+    /// The matrices m, M1 … M5 of eq. 5 and that of the memory, in this order, each transposed: one column per ψ.
+    pub fn matrices(&self) -> [Matrix; 7] {
         let layout = self.layout();
         let n = self.wrinkle_count();
-        let starts =
-            [0, layout.pose, layout.history, layout.history + n, layout.change, layout.change + layout.change_count];
-        let ends = [starts[1], starts[2], starts[3], starts[4], starts[5], layout.end];
+        let history = layout.history;
+        let change = layout.change;
+        let bounds =
+            [0, layout.pose, history, history + n, change, change + layout.change_count, layout.memory, layout.end];
         std::array::from_fn(|block| {
-            Matrix::from_fn(ends[block] - starts[block], n, |row, column| {
-                self.coefficients[(starts[block] + row, column)]
-            })
+            let rows = bounds[block + 1] - bounds[block];
+            Matrix::from_fn(rows, n, |row, column| self.coefficients[(bounds[block] + row, column)])
         })
     }
 
@@ -162,6 +178,7 @@ impl Dynamics {
         DynamicsState {
             wrinkles: [vec![0.0; self.wrinkle_count()], vec![0.0; self.wrinkle_count()]],
             poses: None,
+            memory: vec![0.0; self.inputs.memory_count()],
             shown: vec![0.0; self.wrinkle_count()],
             row: vec![0.0; self.layout().end],
             scratch: vec![0.0; self.inputs.pose_count()],
@@ -170,11 +187,12 @@ impl Dynamics {
 
     /// The wrinkles of the next frame (eq. 5) at their [amplitudes](Self::amplitudes); nothing is allocated.
     pub fn step<'s>(&self, state: &'s mut DynamicsState, pose: &Pose) -> &'s [f64] {
-        let DynamicsState { wrinkles: [newer, older], poses, shown, row, scratch } = state;
+        let DynamicsState { wrinkles: [newer, older], poses, memory, shown, row, scratch } = state;
         let is_first = poses.is_none();
         match poses {
             Some([before, before_that]) => {
-                fill_row(&self.inputs, self.layout(), pose, [before, before_that], [newer, older], scratch, row);
+                let past = Past { poses: [before, before_that], wrinkles: [newer, older], memory };
+                fill_row(&self.inputs, self.layout(), pose, past, scratch, row);
                 std::mem::swap(newer, older);
                 apply_row(&self.coefficients, row, newer);
                 self.limit(newer);
@@ -184,6 +202,7 @@ impl Dynamics {
             None => {
                 self.static_into(pose, row, newer);
                 older.copy_from_slice(newer);
+                self.inputs.remember(&row[1..], true, memory);
                 *poses = Some([pose.clone(), pose.clone()]);
             }
         }

@@ -5,7 +5,7 @@ use modiste_core::{Matrix, solve_spd};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::dynamics::{Dynamics, RowLayout, apply_row, fill_row, spectral_radius};
+use super::dynamics::{Dynamics, Past, RowLayout, apply_row, fill_row, spectral_radius};
 use super::features::{InputOptions, PoseInputs};
 use crate::GarmentError;
 
@@ -223,15 +223,23 @@ impl Learner<'_> {
     /// Sums of one example for eq. 6, with a given past.
     fn normal(&self, example: &Example<'_>, past: &[Vec<f64>]) -> Normal {
         let mut scratch = vec![0.0; self.inputs.pose_count()];
-        let rows: Vec<Vec<f64>> = (2..example.poses.len())
-            .map(|frame| {
-                let mut row = vec![0.0; self.layout.end];
-                let poses = [&example.poses[frame - 1], &example.poses[frame - 2]];
-                let wrinkles = [past[frame - 1].as_slice(), past[frame - 2].as_slice()];
-                fill_row(&self.inputs, self.layout, &example.poses[frame], poses, wrinkles, &mut scratch, &mut row);
-                row
-            })
-            .collect();
+        let mut memory = vec![0.0; self.inputs.memory_count()];
+        let mut rows: Vec<Vec<f64>> = Vec::with_capacity(example.poses.len());
+        for (frame, pose) in example.poses.iter().enumerate() {
+            if frame < 2 {
+                self.inputs.pose(pose, &mut scratch);
+                self.inputs.remember(&scratch, frame == 0, &mut memory);
+                continue;
+            }
+            let past = Past {
+                poses: [&example.poses[frame - 1], &example.poses[frame - 2]],
+                wrinkles: [&past[frame - 1], &past[frame - 2]],
+                memory: &mut memory,
+            };
+            let mut row = vec![0.0; self.layout.end];
+            fill_row(&self.inputs, self.layout, pose, past, &mut scratch, &mut row);
+            rows.push(row);
+        }
         let targets: Vec<&[f64]> = example.wrinkles[2..].iter().map(Vec::as_slice).collect();
         Normal::of(&rows, &targets, self.layout.end, self.count)
     }
@@ -605,6 +613,32 @@ mod tests {
         };
         let (linear, typical) = (error(0), error(30));
         assert!(typical < 0.5 * linear, "{typical} {linear}");
+    }
+
+    #[test]
+    fn memory_teaches_what_comes_later_than_the_pose() {
+        // ψ follows an angle of the thigh with a delay.
+        let motions: Vec<Motion> = (0..8).map(|seed| motion(seed, 120)).collect();
+        let late = |motion: &Motion| -> Vec<Vec<f64>> {
+            let angles = motion.frames.iter().map(|pose| pose.rotations[Part::LeftThigh.index()].x);
+            let mut mean = None;
+            angles
+                .map(|angle| {
+                    let before = *mean.get_or_insert(angle);
+                    vec![*mean.insert(before + 0.06 * (angle - before))]
+                })
+                .collect()
+        };
+        let wrinkles: Vec<_> = motions.iter().map(late).collect();
+        let references: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
+        let error = |memory: bool| {
+            let inputs = InputOptions { memory, ..InputOptions::PAPER };
+            // A heavy weight on everything but the pose and what it was.
+            let chosen = DynamicsOptions { inputs, ridges: vec![1e-3], max_spectral_radius: 0.01, ..options(1.0) };
+            learn(&[Part::LeftThigh], &references, &wrinkles, &chosen).unwrap().1.held_out_error
+        };
+        let (without, with) = (error(false), error(true));
+        assert!(with < 0.3 * without, "{with} {without}");
     }
 
     #[test]

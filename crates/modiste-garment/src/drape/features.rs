@@ -22,17 +22,24 @@ pub struct InputOptions {
     pub matrices: bool,
     /// Number of typical poses whose nearness is added to θ_c; see [`PoseKernel`]. 0 is the paper.
     pub centres: usize,
+    /// Adds how far θ_c is from its mean over the last half second or so, with dynamics: cloth that slid up with an arm comes
+    /// down later than the arm. Not in the paper.
+    pub memory: bool,
 }
+
+/// Frames after which the mean of the past has forgotten all but 1/e of a pose.
+const MEMORY_FRAMES: f64 = 18.0;
 
 impl Default for InputOptions {
     fn default() -> Self {
-        Self { gravity: true, pelvis_turn: true, neighbours: true, matrices: true, centres: 60 }
+        Self { gravity: true, pelvis_turn: true, neighbours: true, matrices: true, centres: 60, memory: true }
     }
 }
 
 impl InputOptions {
     /// Exactly the inputs of DRAPE eq. 5.
-    pub const PAPER: Self = Self { gravity: false, pelvis_turn: false, neighbours: false, matrices: false, centres: 0 };
+    pub const PAPER: Self =
+        Self { gravity: false, pelvis_turn: false, neighbours: false, matrices: false, centres: 0, memory: false };
 }
 
 /// Turns poses into the inputs of DRAPE eq. 5.
@@ -121,6 +128,19 @@ impl PoseInputs {
     /// Length of z.
     pub fn change_count(&self) -> usize {
         self.angle_count() + 3 * (1 + usize::from(self.options.pelvis_turn))
+    }
+
+    /// Length of the memory of past poses; 0 where there is none.
+    pub(crate) fn memory_count(&self) -> usize {
+        if self.options.memory { self.plain_count() } else { 0 }
+    }
+
+    /// Takes the newest θ_c into the mean of the past, which begins with the first; an empty mean stays empty.
+    pub(crate) fn remember(&self, theta: &[f64], is_first: bool, mean: &mut [f64]) {
+        let share = if is_first { 1.0 } else { 1.0 - (-1.0 / MEMORY_FRAMES).exp() };
+        for (mean, value) in mean.iter_mut().zip(theta) {
+            *mean += share * (value - *mean);
+        }
     }
 
     /// Writes θ_c: relative rotations, the direction of gravity in the pelvis less that of upright, the kernel.

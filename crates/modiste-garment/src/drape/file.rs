@@ -28,7 +28,7 @@ pub const KIND: &str = "garment";
 const EVALUATION: &str = "evaluation";
 
 /// Names of the blocks of eq. 5 in the file.
-const BLOCKS: [&str; 6] = ["m", "M1", "M2", "M3", "M4", "M5"];
+const BLOCKS: [&str; 7] = ["m", "M1", "M2", "M3", "M4", "M5", "M6"];
 
 /// Names of the amplitudes with and without dynamics in the file.
 const AMPLITUDES: [&str; 2] = ["amplitudes", "static_amplitudes"];
@@ -62,7 +62,7 @@ impl DrapeModel {
         writer.add_f32("uv", &[faces, 3, 2], uv);
         writer.add_u8("pattern", &[garment.pattern.len()], garment.pattern.clone().into_bytes());
         add_space(&mut writer, "shape", (&shape.mean, shape.basis.scales()), &shape.std_devs, shape.total_variance);
-        writer.add_i16("shape_basis", &[shape.basis.count(), PER_FACE * faces], shape.basis.values().to_vec());
+        writer.add_i8("shape_basis", &[shape.basis.count(), PER_FACE * faces], shape.basis.values().to_vec());
         writer.add_f64("W", &[shape.regression.rows, shape.regression.cols], shape.regression.data.clone());
         let offsets = &shape.offset_regression;
         writer.add_f64("anchor_offset", &[offsets.rows, offsets.cols], offsets.data.clone());
@@ -112,6 +112,7 @@ impl DrapeModel {
             ("input_matrices", options.matrices.to_string()),
             ("input_gravity", options.gravity.to_string()),
             ("input_pelvis_turn", options.pelvis_turn.to_string()),
+            ("input_memory", options.memory.to_string()),
         ];
         let mut attributes: BTreeMap<String, String> = attributes.map(|(name, value)| (name.to_owned(), value)).into();
         if let Some(evaluation) = &self.evaluation {
@@ -153,7 +154,7 @@ impl DrapeModel {
         let garment = read_garment(file, name)?;
         let faces = garment.topology.face_count();
         let (body_shape, garment_shape) = (file.dimension("body_shape")?, file.dimension("garment_shape")?);
-        let values = file.i16("shape_basis", &[garment_shape, PER_FACE * faces])?;
+        let values = file.i8("shape_basis", &[garment_shape, PER_FACE * faces])?;
         let (mean, basis, std_devs, total_variance) =
             read_space(file, name, "shape", values, [garment_shape, PER_FACE * faces])?;
         let regression = matrix(file, "W", body_shape + 1, garment_shape)?;
@@ -280,6 +281,7 @@ fn read_dynamics(file: &ModelFile, name: &str, wrinkles: usize) -> Result<Dynami
         gravity: parsed(file, name, "input_gravity", "true or false", anything)?,
         pelvis_turn: parsed(file, name, "input_pelvis_turn", "true or false", anything)?,
         matrices: parsed(file, name, "input_matrices", "true or false", anything)?,
+        memory: parsed(file, name, "input_memory", "true or false", anything)?,
         // Which parts it chose is in the list of parts.
         neighbours: false,
         centres: file.dimension("pose_centres")?,
@@ -299,7 +301,8 @@ fn read_dynamics(file: &ModelFile, name: &str, wrinkles: usize) -> Result<Dynami
     let inputs = PoseInputs::from_parts(plain.parts().to_vec(), options, kernel);
     let (pose, change) = (inputs.pose_count(), inputs.change_count());
     let mut rows = Vec::new();
-    for (block, count) in BLOCKS.into_iter().zip([1, pose, wrinkles, wrinkles, change, change]) {
+    let counts = [1, pose, wrinkles, wrinkles, change, change, inputs.memory_count()];
+    for (block, count) in BLOCKS.into_iter().zip(counts) {
         rows.extend(file.f64(block, &[count, wrinkles])?);
     }
     let coefficients = Matrix { rows: rows.len() / wrinkles.max(1), cols: wrinkles, data: rows };

@@ -32,7 +32,7 @@ impl Default for ShapeOptions {
 pub struct ShapeModel {
     pub(crate) frames: TangentFrames,
     pub(crate) mean: Vec<f32>,
-    pub(crate) basis: QuantisedBasis,
+    pub(crate) basis: QuantisedBasis<i8>,
     pub(crate) std_devs: Vec<f64>,
     /// Wᵀ: one row per body shape coefficient and a last one for the constant, one column per φ.
     pub(crate) regression: Matrix,

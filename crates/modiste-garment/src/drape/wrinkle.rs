@@ -45,13 +45,24 @@ pub struct WrinkleModel {
     pub(crate) held_out_loss: f64,
 }
 
-/// Every so many clips are held out to see what a space learned from the others loses of them, and every so many
-/// frames of the others are enough to learn it from.
+/// Every so many clips are held out to see what a space learned from the others loses of them.
 const HELD_OUT_STRIDE: usize = 4;
-const FRAME_STRIDE: usize = 2;
+
+/// Frames, spread evenly, that the space is learned from; neighbours in time are alike, and the time grows with their square.
+const MOST_FRAMES: usize = 3000;
+
+/// The same for the space that shows what is lost of clips that are held out.
+const MOST_FRAMES_HELD_OUT: usize = 1500;
+
+/// Frames of some sequences, evenly thinned so that no more than `most` are left.
+fn thinned<'a>(sequences: impl Iterator<Item = &'a Vec<Vec<f32>>>, most: usize) -> Vec<&'a [f32]> {
+    let all: Vec<&[f32]> = sequences.flatten().map(Vec::as_slice).collect();
+    let stride = all.len().div_ceil(most).max(1);
+    all.into_iter().step_by(stride).collect()
+}
 
 impl WrinkleModel {
-    /// Learns the space from all frames, and returns it with the coefficients of every frame of every sequence.
+    /// Learns the space from frames of all sequences, and returns it with the coefficients of every frame of every sequence.
     ///
     /// # Errors
     /// Fewer than two frames, or a solve that fails.
@@ -64,7 +75,7 @@ impl WrinkleModel {
         let frames = TangentFrames::new(&garment.topology, &garment.template);
         let rows: Vec<Vec<Vec<f32>>> =
             sequences.iter().map(|sequence| sequence_rows(garment, &blend, &frames, sequence)).collect();
-        let samples: Vec<&[f32]> = rows.iter().flatten().map(Vec::as_slice).collect();
+        let samples = thinned(rows.iter(), MOST_FRAMES);
         if samples.len() < 2 {
             return Err(GarmentError::data("pose training set", "at least 2 frames", samples.len()));
         }
@@ -153,15 +164,16 @@ fn held_out_loss(rows: &[Vec<Vec<f32>>], clips: &[usize], weights: &[f32], count
         return Ok(0.0);
     }
     let is_held_out = |sequence: usize| clips[sequence] % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1;
-    let kept = rows.iter().enumerate().filter(|(sequence, _)| !is_held_out(*sequence));
-    let kept: Vec<&[f32]> = kept.flat_map(|(_, rows)| rows.iter().step_by(FRAME_STRIDE)).map(Vec::as_slice).collect();
+    let of = |held_out: bool| {
+        let chosen = rows.iter().enumerate().filter(move |(sequence, _)| is_held_out(*sequence) == held_out);
+        thinned(chosen.map(|(_, rows)| rows), MOST_FRAMES_HELD_OUT)
+    };
+    let kept = of(false);
     if kept.len() < 2 {
         return Ok(0.0);
     }
     let pca = Pca::fit_weighted(&kept, weights, count).map_err(GarmentError::solve("PCA of wrinkles"))?;
-    let held_out = rows.iter().enumerate().filter(|(sequence, _)| is_held_out(*sequence));
-    let held_out: Vec<&Vec<f32>> = held_out.flat_map(|(_, rows)| rows.iter().step_by(FRAME_STRIDE)).collect();
-    let parts: Vec<[f64; 2]> = held_out
+    let parts: Vec<[f64; 2]> = of(true)
         .par_iter()
         .map(|row| {
             let weight = |at: usize| weights.get(at).map_or(1.0, |&weight| f64::from(weight));

@@ -198,6 +198,9 @@ const OUTSEAM: [&str; 2] = ["outseam", "outseam_low"];
 /// The back of a trouser leg is this much wider than the front, half (m).
 const BACK_EXTRA: f64 = 0.010;
 
+/// How far the outseam of shorts leans in from hip to hem (m).
+const SHORT_TAPER: f64 = 0.010;
+
 /// The two sides of a leg at one height: inseam and outseam of front and back.
 #[derive(Debug, Clone, Copy)]
 struct Level {
@@ -218,7 +221,11 @@ fn leg_levels(
 ) -> Vec<Level> {
     if leg == Leg::Short {
         let y = -block.short_inseam.at(offset);
-        return vec![Level { y, front: [0.012 - front_fork, front], back: [0.030 - back_fork, back] }];
+        return vec![Level {
+            y,
+            front: [0.030 - front_fork, front - SHORT_TAPER],
+            back: [0.050 - back_fork, back - SHORT_TAPER],
+        }];
     }
     let crease = 0.5 * (front - front_fork);
     let level = |y: f64, girth: f64| {
