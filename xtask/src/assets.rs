@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use modiste::{
-    BodyPopulation, BodyTrain, Event, GarmentSimulate, GarmentTrain, Gender, Job, Outcome, PatternChoice, Sources,
+    BodyPopulation, BodyTrain, Event, GarmentSimulate, GarmentTrain, Gender, Job, Outcome, DesignChoice, Sources,
     run as run_job,
 };
 
@@ -83,7 +83,7 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
             let training = training_folder(gender, garment);
             make(Job::GarmentSimulate(GarmentSimulate {
                 gender,
-                pattern: PatternChoice::BuiltIn(garment.to_owned()),
+                design: DesignChoice::BuiltIn(garment.to_owned()),
                 bodies: DRAPED_BODIES,
                 seed: GARMENT_SEED,
                 sources: sources.clone(),

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiste::{
     Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Dress, GarmentEvaluate, GarmentLearn,
-    GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, PatternChoice, Quantity, Sources,
+    GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, DesignChoice, Quantity, Sources,
 };
 
 /// Dressed virtual people, learned from data.
@@ -161,17 +161,27 @@ struct TrainArguments {
 
 /// Which garment.
 #[derive(Debug, Args)]
-struct PatternArguments {
+struct DesignArguments {
     /// A built-in pattern: `tshirt`, `longsleeve`, `shorts`, `pants` or `skirt`.
-    #[arg(value_name = "GARMENT", required_unless_present = "pattern", conflicts_with_all = ["pattern", "name", "fabric"])]
+    #[arg(
+        value_name = "GARMENT",
+        required_unless_present_any = ["pattern", "mesh"],
+        conflicts_with_all = ["pattern", "mesh", "name", "fabric"]
+    )]
     garment: Option<String>,
     /// A pattern file: GarmentCode's specification, or ours with its sizes.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", conflicts_with = "mesh")]
     pattern: Option<PathBuf>,
+    /// A sewn garment without a pattern: an OBJ mesh, as it lies on a body in the template pose.
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// The body that the mesh lies on, as `modiste body make` writes it; otherwise the mean body.
+    #[arg(long, value_name = "FILE", requires = "mesh")]
+    body: Option<PathBuf>,
     /// What the garment is called; otherwise like the file.
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
-    /// Its fabric; otherwise jersey for tops, twill for the rest.
+    /// Its fabric; otherwise jersey for tops and meshes, twill for the rest.
     #[arg(long, value_name = "NAME")]
     fabric: Option<String>,
 }
@@ -179,7 +189,7 @@ struct PatternArguments {
 #[derive(Debug, Args)]
 struct LearnArguments {
     #[command(flatten)]
-    pattern: PatternArguments,
+    design: DesignArguments,
     /// Whose bodies.
     #[arg(long, value_enum, default_value = "female")]
     gender: GenderName,
@@ -227,7 +237,7 @@ struct EvaluateArguments {
 #[derive(Debug, Args)]
 struct SimulateArguments {
     #[command(flatten)]
-    pattern: PatternArguments,
+    design: DesignArguments,
     /// Whose bodies.
     #[arg(long, value_enum, default_value = "female")]
     gender: GenderName,
@@ -419,11 +429,11 @@ impl TrainArguments {
 impl SimulateArguments {
     fn job(&self) -> GarmentSimulate {
         let gender: Gender = self.gender.into();
-        let pattern = self.pattern.choice();
+        let design = self.design.choice();
         GarmentSimulate {
             gender,
-            out: self.out.clone().unwrap_or_else(|| training_folder(gender, &pattern)),
-            pattern,
+            out: self.out.clone().unwrap_or_else(|| training_folder(gender, &design)),
+            design,
             bodies: self.bodies,
             seed: self.seed,
             sources: sources(&self.data),
@@ -434,11 +444,11 @@ impl SimulateArguments {
 impl LearnArguments {
     fn job(&self) -> GarmentLearn {
         let gender: Gender = self.gender.into();
-        let pattern = self.pattern.choice();
+        let design = self.design.choice();
         GarmentLearn {
             gender,
-            training: self.training.clone().unwrap_or_else(|| training_folder(gender, &pattern)),
-            pattern,
+            training: self.training.clone().unwrap_or_else(|| training_folder(gender, &design)),
+            design,
             bodies: self.bodies,
             seed: self.seed,
             sources: sources(&self.data),
@@ -448,13 +458,13 @@ impl LearnArguments {
     }
 }
 
-impl PatternArguments {
-    fn choice(&self) -> PatternChoice {
-        match &self.pattern {
-            Some(path) => {
-                PatternChoice::File { path: path.clone(), name: self.name.clone(), fabric: self.fabric.clone() }
-            }
-            None => PatternChoice::BuiltIn(self.garment.clone().unwrap_or_default()),
+impl DesignArguments {
+    fn choice(&self) -> DesignChoice {
+        let (name, fabric) = (self.name.clone(), self.fabric.clone());
+        match (&self.pattern, &self.mesh) {
+            (Some(path), _) => DesignChoice::File { path: path.clone(), name, fabric },
+            (_, Some(path)) => DesignChoice::Mesh { path: path.clone(), body: self.body.clone(), name, fabric },
+            _ => DesignChoice::BuiltIn(self.garment.clone().unwrap_or_default()),
         }
     }
 }
@@ -465,8 +475,8 @@ fn sources(data: &Path) -> Sources {
 }
 
 /// Where a training set lies unless another folder is named.
-fn training_folder(gender: Gender, pattern: &PatternChoice) -> PathBuf {
-    PathBuf::from(format!("training/garments/{}-{}", gender.name(), pattern.garment()))
+fn training_folder(gender: Gender, design: &DesignChoice) -> PathBuf {
+    PathBuf::from(format!("training/garments/{}-{}", gender.name(), design.garment()))
 }
 
 impl SourceArguments {
@@ -535,7 +545,7 @@ impl From<ActionName> for Action {
 mod tests {
     use super::Arguments;
     use clap::{CommandFactory, Parser};
-    use modiste::{BodyChoice, Dress, Job, Length, PatternChoice, Quantity};
+    use modiste::{BodyChoice, Dress, Job, Length, DesignChoice, Quantity};
 
     fn job(words: &str) -> Job {
         Arguments::try_parse_from(words.split_whitespace()).unwrap().job().unwrap()
@@ -567,12 +577,17 @@ mod tests {
         let Job::GarmentLearn(learn) = job("modiste garment learn pants --gender male --out p.safetensors") else {
             panic!()
         };
-        assert_eq!(learn.pattern, PatternChoice::BuiltIn("pants".into()));
+        assert_eq!(learn.design, DesignChoice::BuiltIn("pants".into()));
         assert!(learn.training.ends_with("training/garments/male-pants"));
         let Job::GarmentLearn(learn) = job("modiste garment learn --pattern a/robe.json --fabric denim --out r") else {
             panic!()
         };
-        assert!(matches!(&learn.pattern, PatternChoice::File { fabric: Some(fabric), .. } if fabric == "denim"));
+        assert!(matches!(&learn.design, DesignChoice::File { fabric: Some(fabric), .. } if fabric == "denim"));
+        assert!(learn.training.ends_with("female-robe"));
+        let Job::GarmentLearn(learn) = job("modiste garment learn --mesh a/robe.obj --body me.obj --out r") else {
+            panic!()
+        };
+        assert!(matches!(&learn.design, DesignChoice::Mesh { body: Some(_), name: None, .. }));
         assert!(learn.training.ends_with("female-robe"));
     }
 
@@ -587,6 +602,8 @@ mod tests {
             "modiste dress --motion a.bvh --action walk",
             "modiste garment learn --out a.safetensors",
             "modiste garment learn skirt --pattern skirt.json --out a.safetensors",
+            "modiste garment learn --mesh robe.obj --pattern skirt.json --out a.safetensors",
+            "modiste garment learn skirt --body me.obj --out a.safetensors",
         ] {
             assert!(Arguments::try_parse_from(words.split_whitespace()).is_err(), "{words}");
         }

@@ -184,6 +184,61 @@ fn patterns_that_cannot_be_worn_are_refused_before_work() {
     assert_eq!(walk(folder.path()).len(), 1, "nothing but the pattern is there");
 }
 
+/// A tube of `sides` quads in each of two rows around the hips of the mean woman, `shift` metres aside, in units of which
+/// `unit` are a metre.
+fn tube(sides: u32, shift: f64, unit: f64) -> String {
+    let mut text = String::new();
+    for row in 0..3 {
+        for side in 0..sides {
+            let angle = std::f64::consts::TAU * f64::from(side) / f64::from(sides);
+            let (x, y, z) = (0.25 * angle.sin() + shift, 1.0 - 0.1 * f64::from(row), 0.22 * angle.cos());
+            text += &format!("v {} {} {}\n", x * unit, y * unit, z * unit);
+        }
+    }
+    for row in 0..2 {
+        for side in 0..sides {
+            let [a, b] = [side, (side + 1) % sides].map(|side| row * sides + side + 1);
+            text += &format!("f {a} {} {} {b}\n", a + sides, b + sides);
+        }
+    }
+    text
+}
+
+#[test]
+fn meshes_that_cannot_be_worn_are_refused_before_work() {
+    let folder = tempfile::tempdir().unwrap();
+    let learn = |text: &str, wanted: &str| {
+        let file = write(folder.path(), "belt.obj", text);
+        refused_in(folder.path(), &["garment", "learn", "--mesh", &file, "--out", "belt.safetensors"], wanted);
+        std::fs::remove_file(file).unwrap();
+    };
+    let whole = tube(30, 0.0, 1.0);
+    learn("", "belt.obj");
+    learn("v 0 1 0\nv 0 0.9 0\n", "found none");
+    learn(&whole.replacen("f 1 ", "f 999 ", 1), "belt.obj");
+    learn(&whole.replacen("v 0 1 0.22", "v 0 nan 0.22", 1), "belt.obj");
+    learn(&tube(30, 3.0, 1.0), "m away from it");
+    learn(&tube(30, 0.0, 100.0), "m away from it");
+    learn(&format!("{whole}v 0 1 0.3\nf 1 2 91\nf 2 1 91\n"), "triangles at one edge");
+    let (points, faces) = whole.split_at(whole.find('f').unwrap());
+    let lower = points.replace(" 1 ", " 0.7 ").replace(" 0.9 ", " 0.65 ").replace(" 0.8 ", " 0.6 ");
+    let offset = |word: &str| word.parse::<u32>().map_or(word.to_owned(), |index| (index + 90).to_string());
+    let others: Vec<String> =
+        faces.lines().map(|line| line.split(' ').map(offset).collect::<Vec<_>>().join(" ")).collect();
+    learn(&format!("{points}{lower}{faces}{}\n", others.join("\n")), "found 2 pieces");
+    let file = write(folder.path(), "belt.obj", &whole);
+    let words = |more: &[&'static str]| {
+        let mut words = vec!["garment", "learn", "--out", "belt.safetensors", "--mesh", "belt.obj"];
+        words.extend(more);
+        words
+    };
+    refused_in(folder.path(), &words(&["--body", "absent.obj"]), "absent.obj");
+    refused_in(folder.path(), &words(&["--body", "belt.obj"]), "triangles of this project's bodies");
+    refused_in(folder.path(), &words(&["--fabric", "tin"]), "no fabric `tin`");
+    std::fs::remove_file(file).unwrap();
+    assert!(walk(folder.path()).is_empty(), "nothing is left behind");
+}
+
 #[test]
 fn folders_that_cannot_be_written_are_refused_before_work() {
     let folder = tempfile::tempdir().unwrap();

@@ -7,6 +7,7 @@ use modiste_body::measure::MeasureError;
 use modiste_body::population::PopulationError;
 use modiste_body::{BodyError, Gender};
 use modiste_cloth::ClothError;
+use modiste_cloth::dress::{DesignError, ReadyMadeError};
 use modiste_cloth::pattern::PatternError;
 use modiste_cloth::training_set::TrainingError;
 use modiste_garment::GarmentError;
@@ -50,6 +51,12 @@ pub enum JobError {
     /// A sewing pattern cannot be used.
     #[error(transparent)]
     Pattern(#[from] PatternError),
+    /// A garment mesh cannot be worn.
+    #[error(transparent)]
+    ReadyMade(#[from] ReadyMadeError),
+    /// What is stored of a garment's pattern or mesh cannot be read.
+    #[error(transparent)]
+    Design(#[from] DesignError),
     /// A training set cannot be made.
     #[error(transparent)]
     Training(#[from] TrainingError),

@@ -17,7 +17,7 @@ pub use event::{Event, Listener};
 pub use jobs::{
     Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Dress, Dressed, EvaluatedGarment,
     GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Job, LearnedGarment, Length, MadeBody,
-    MadePopulation, MeasuredBody, MotionChoice, Outcome, PatternChoice, SimulatedGarment, TrainedBody, TrainedGarment,
+    MadePopulation, MeasuredBody, MotionChoice, Outcome, DesignChoice, SimulatedGarment, TrainedBody, TrainedGarment,
     run,
 };
 pub use limits::{LONGEST_SECONDS, limits};

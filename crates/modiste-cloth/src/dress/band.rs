@@ -59,6 +59,15 @@ pub(super) fn hold(
     ring.iter().zip(&places).filter_map(hold).collect()
 }
 
+/// Holds of a band that keeps its place, as a sewn garment has it on its body.
+pub(super) fn hold_in_place(band: &[u32], positions: &[Vec3], collider: &BodyCollider) -> Vec<Attachment> {
+    let hold = |&vertex: &u32| {
+        let (point, _) = collider.closest(positions[vertex as usize], 0.3)?;
+        Some(Attachment { vertex, point, offset: OFFSET, stiffness: STIFFNESS })
+    };
+    band.iter().filter_map(hold).collect()
+}
+
 /// The band's vertices in order around the waist, and the rest length from each to the next (m).
 fn ring(cut: &CutGarment, size: f64) -> (Vec<u32>, Vec<f64>) {
     let lengths = waist_edges(cut, size);

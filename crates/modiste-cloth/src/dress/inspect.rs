@@ -4,7 +4,6 @@ use modiste_body::Part;
 use modiste_core::{TriangleBvh, Vec3, face_normals};
 
 use super::{DressError, Mannequin};
-use crate::cut::CutGarment;
 use crate::{ClothModel, ClothState};
 
 /// Deeper than this (m) a vertex counts as inside the body.
@@ -29,8 +28,8 @@ pub struct DrapeQuality {
     pub stretch: f64,
 }
 
-/// Looks at a drape on a body.
-pub fn inspect(cut: &CutGarment, model: &ClothModel, state: &ClothState, body: &Mannequin) -> DrapeQuality {
+/// Looks at a drape on a body; `face_parts` tell which part each face belongs to.
+pub fn inspect(face_parts: &[Part], model: &ClothModel, state: &ClothState, body: &Mannequin) -> DrapeQuality {
     let tree = TriangleBvh::new(&body.topology, &body.vertices);
     let body_normals = face_normals(&body.topology, &body.vertices);
     let x = &state.positions;
@@ -44,9 +43,9 @@ pub fn inspect(cut: &CutGarment, model: &ClothModel, state: &ClothState, body: &
             deepest = deepest.max(near.distance);
         }
     }
-    let normals = face_normals(cut.topology(), x);
+    let normals = face_normals(model.topology(), x);
     let mut counts = [(0usize, 0usize); Part::COUNT];
-    for ((corners, part), normal) in cut.topology().faces().iter().zip(cut.face_parts()).zip(&normals) {
+    for ((corners, part), normal) in model.topology().faces().iter().zip(face_parts).zip(&normals) {
         let centre: Vec3 = corners.iter().map(|&v| x[v as usize]).sum::<Vec3>() / 3.0;
         let Some(near) = tree.closest_point(&body.vertices, centre, 0.3) else { continue };
         let count = &mut counts[part.index()];

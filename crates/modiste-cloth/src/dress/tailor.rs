@@ -10,9 +10,8 @@ use super::carry::Carrier;
 use super::inspect::{DrapeQuality, inspect};
 use super::settle::{SettleOptions, Stage};
 use super::sew::sew;
-use super::{DressError, Mannequin};
+use super::{Design, DressError, Mannequin, ReadyMade};
 use crate::cut::CutGarment;
-use crate::pattern::GradedPattern;
 use crate::{Attachment, BodyCollider, ClothModel, ClothState, ElasticEdge, Fabric, SolverOptions};
 
 /// How bodies are dressed.
@@ -49,15 +48,23 @@ impl Default for TailorOptions {
 /// A garment cut and ready to be put on bodies of one gender.
 #[derive(Debug, Clone)]
 pub struct Tailor {
-    cut: Arc<CutGarment>,
+    design: Design,
+    form: Form,
     fabric: Fabric,
     options: TailorOptions,
+}
+
+/// A design ready to be dressed.
+#[derive(Debug, Clone)]
+enum Form {
+    Cut(Arc<CutGarment>),
+    ReadyMade(Arc<ReadyMade>),
 }
 
 /// A garment on a body, at rest.
 #[derive(Debug, Clone)]
 pub struct Dressed {
-    /// The size: an index into those of the pattern, or between two.
+    /// The size: an index into those of the pattern, or between two; 0 for what is made to measure.
     pub size: f64,
     /// The cloth.
     pub state: ClothState,
@@ -93,25 +100,71 @@ pub struct SewnGarment {
 }
 
 impl Tailor {
-    /// Cuts a pattern.
+    /// Cuts a pattern, or takes a sewn mesh as it is.
     ///
     /// # Errors
     /// A pattern that cannot be cut, or a material that is not known.
-    pub fn new(pattern: Arc<GradedPattern>, mut options: TailorOptions) -> Result<Self, DressError> {
-        options.solver.self_contact |= pattern.self_contact;
-        let Some(mut fabric) = Fabric::from_name(&pattern.material) else {
-            return Err(DressError::Fabric(pattern.material.clone()));
+    pub fn new(design: impl Into<Design>, mut options: TailorOptions) -> Result<Self, DressError> {
+        let design = design.into();
+        options.solver.self_contact |= design.self_contact();
+        let Some(fabric) = Fabric::from_name(design.material()) else {
+            return Err(DressError::Fabric(design.material().to_owned()));
         };
-        let edge_length = CutGarment::edge_length_for(&pattern, options.vertex_count);
-        let weight = fabric.density * Vec3::from_array(options.solver.gravity).length();
-        fabric.bend = fabric.bend.resolved_by(edge_length, weight);
-        let cut = Arc::new(CutGarment::new(pattern, edge_length)?);
-        Ok(Self { cut, fabric, options })
+        let edge_length = match &design {
+            Design::Pattern(pattern) => CutGarment::edge_length_for(pattern, options.vertex_count),
+            Design::ReadyMade(mesh) => mesh.edge_length(),
+        };
+        let fabric = fabric.resolved_by(edge_length, Vec3::from_array(options.solver.gravity).length());
+        let form = match &design {
+            Design::Pattern(pattern) => Form::Cut(Arc::new(CutGarment::new(Arc::clone(pattern), edge_length)?)),
+            Design::ReadyMade(mesh) => Form::ReadyMade(Arc::clone(mesh)),
+        };
+        Ok(Self { design, form, fabric, options })
     }
 
-    /// The garment in all sizes.
-    pub fn cut(&self) -> &Arc<CutGarment> {
-        &self.cut
+    /// What the garment is made from.
+    pub fn design(&self) -> &Design {
+        &self.design
+    }
+
+    /// The sewn mesh.
+    pub fn topology(&self) -> &Arc<Topology> {
+        match &self.form {
+            Form::Cut(cut) => cut.topology(),
+            Form::ReadyMade(mesh) => mesh.topology(),
+        }
+    }
+
+    /// Body part of each face.
+    pub fn face_parts(&self) -> &[Part] {
+        match &self.form {
+            Form::Cut(cut) => cut.face_parts(),
+            Form::ReadyMade(mesh) => mesh.face_parts(),
+        }
+    }
+
+    /// Vertices that carry anchors.
+    pub fn anchors(&self) -> &[u32] {
+        match &self.form {
+            Form::Cut(cut) => cut.anchors(),
+            Form::ReadyMade(mesh) => mesh.anchors(),
+        }
+    }
+
+    /// Parts of the body that vertices meet beside those of their faces.
+    pub fn covers(&self) -> Vec<(u32, Part)> {
+        match &self.form {
+            Form::Cut(cut) => {
+                let panels = cut.pattern().panels.iter().zip(cut.face_ranges());
+                panels
+                    .flat_map(|(panel, faces)| {
+                        let vertices = cut.topology().faces()[faces].as_flattened().iter();
+                        vertices.flat_map(|&vertex| panel.covers.iter().map(move |&part| (vertex, part)))
+                    })
+                    .collect()
+            }
+            Form::ReadyMade(mesh) => mesh.covers().to_vec(),
+        }
     }
 
     /// The options.
@@ -119,18 +172,27 @@ impl Tailor {
         &self.options
     }
 
-    /// Dresses a body from the flat panels: places, sews, settles.
+    /// Dresses a body from the flat panels: places, sews, settles. A sewn mesh is laid on it and settles.
     ///
     /// # Errors
     /// [`DressError`] with the plain reason.
     pub fn dress(&self, body: &Mannequin) -> Result<Dressed, DressError> {
-        let size = self.cut.pattern().choose_size(&body.girths());
-        let sewn = sew(&self.cut, size, body, &self.fabric, self.options.solver)?;
         let collider = BodyCollider::new(Arc::clone(&body.topology), &body.vertices)?;
-        let holds = band::hold(&self.cut, size, &sewn.positions, body, &collider);
-        let mut dressed = self.settle(size, sewn.positions, holds, body, &self.options.first_settle)?;
-        dressed.widest_seam = sewn.widest_seam;
-        Ok(dressed)
+        match &self.form {
+            Form::Cut(cut) => {
+                let size = cut.pattern().choose_size(&body.girths());
+                let sewn = sew(cut, size, body, &self.fabric, self.options.solver)?;
+                let holds = band::hold(cut, size, &sewn.positions, body, &collider);
+                let mut dressed = self.settle(sewn.positions, holds, body, &self.options.first_settle)?;
+                dressed.widest_seam = sewn.widest_seam;
+                Ok(dressed)
+            }
+            Form::ReadyMade(mesh) => {
+                let start = mesh.made_for(body);
+                let holds = band::hold_in_place(mesh.band(), &start, &collider);
+                self.settle(start, holds, body, &self.options.settle)
+            }
+        }
     }
 
     /// Dresses another body, alike: the drape `from` on `from_body` is carried along as one body turns into the other, takes
@@ -147,49 +209,74 @@ impl Tailor {
         from_body: &Mannequin,
         body: &Mannequin,
     ) -> Result<Dressed, DressError> {
-        let size = self.cut.pattern().choose_size(&body.girths());
-        let start = carrier.carry(self.cut.topology(), &from.state.positions, &from_body.vertices, &body.vertices);
-        self.settle(size, start, from.model.attachments.clone(), body, &self.options.settle)
+        let start = carrier.carry(self.topology(), &from.state.positions, &from_body.vertices, &body.vertices);
+        self.settle(start, from.model.attachments.clone(), body, &self.options.settle)
     }
 
-    /// The garment of a drape as plain arrays.
-    pub fn garment(&self, dressed: &Dressed) -> SewnGarment {
-        let pattern = self.cut.pattern();
+    /// The garment of a drape on a body as plain arrays.
+    pub fn garment(&self, dressed: &Dressed, body: &Mannequin) -> SewnGarment {
+        let (size, rest_faces, waist_band, uv) = match &self.form {
+            Form::Cut(cut) => (
+                cut.pattern().size_name(dressed.size).to_owned(),
+                cut.rest_faces(dressed.size),
+                band::band_vertices(cut),
+                cut.uv(),
+            ),
+            Form::ReadyMade(mesh) => {
+                let mut band = mesh.band().to_vec();
+                band.sort_unstable();
+                ("made to measure".to_owned(), mesh.rest_faces(body), band, mesh.uv())
+            }
+        };
         SewnGarment {
-            name: pattern.garment.clone(),
-            size: pattern.size_name(dressed.size).to_owned(),
-            topology: Arc::clone(self.cut.topology()),
-            rest_faces: self.cut.rest_faces(dressed.size),
-            face_parts: self.cut.face_parts().to_vec(),
-            waist_band: band::band_vertices(&self.cut),
-            anchors: self.cut.anchors().to_vec(),
-            uv: self.cut.uv(),
+            name: self.design.garment().to_owned(),
+            size,
+            topology: Arc::clone(self.topology()),
+            rest_faces,
+            face_parts: self.face_parts().to_vec(),
+            waist_band,
+            anchors: self.anchors().to_vec(),
+            uv,
         }
     }
 
     fn settle(
         &self,
-        size: f64,
         start: Vec<Vec3>,
         holds: Vec<Attachment>,
         body: &Mannequin,
         settle: &SettleOptions,
     ) -> Result<Dressed, DressError> {
-        let rest = band::gathered_rest_faces(&self.cut, size, &holds, body);
-        let mut model = ClothModel::new(Arc::clone(self.cut.topology()), rest, &self.fabric)?;
+        let (size, mut model) = match &self.form {
+            Form::Cut(cut) => self.cut_model(cut, &holds, body)?,
+            Form::ReadyMade(mesh) => (0.0, mesh.model(body, &self.fabric)?),
+        };
         model.attachments = holds;
-        let points = self.cut.points(size);
-        for rib in self.cut.ribs() {
+        let mut state = ClothState::at_rest(start);
+        let mut collider = BodyCollider::new(Arc::clone(&body.topology), &body.vertices)?;
+        let speed = settle.run(&model, &mut state, &mut collider, self.options.solver)?;
+        let quality = inspect(self.face_parts(), &model, &state, body);
+        Ok(Dressed { size, state, model, quality, widest_seam: 0.0, speed })
+    }
+
+    /// The size that fits, and the physics of the garment in it, its band gathered to the holds.
+    fn cut_model(
+        &self,
+        cut: &CutGarment,
+        holds: &[Attachment],
+        body: &Mannequin,
+    ) -> Result<(f64, ClothModel), DressError> {
+        let size = cut.pattern().choose_size(&body.girths());
+        let rest = band::gathered_rest_faces(cut, size, holds, body);
+        let mut model = ClothModel::new(Arc::clone(cut.topology()), rest, &self.fabric)?;
+        let points = cut.points(size);
+        for rib in cut.ribs() {
             let [a, b] = rib.loose.map(|v| points[v as usize]);
             let rest_length = rib.scale * a.distance(b);
             let stiffness = rib.modulus / rest_length;
             model.elastic_edges.push(ElasticEdge { vertices: rib.vertices, rest_length, stiffness });
         }
-        let mut state = ClothState::at_rest(start);
-        let mut collider = BodyCollider::new(Arc::clone(&body.topology), &body.vertices)?;
-        let speed = settle.run(&model, &mut state, &mut collider, self.options.solver)?;
-        let quality = inspect(&self.cut, &model, &state, body);
-        Ok(Dressed { size, state, model, quality, widest_seam: 0.0, speed })
+        Ok((size, model))
     }
 }
 
@@ -198,12 +285,12 @@ impl Tailor {
 /// # Errors
 /// [`DressError`] with the plain reason, a drape that must not be used among them.
 pub fn dress(
-    pattern: Arc<GradedPattern>,
+    design: impl Into<Design>,
     body: &Mannequin,
     options: TailorOptions,
 ) -> Result<(SewnGarment, Dressed), DressError> {
-    let tailor = Tailor::new(pattern, options)?;
+    let tailor = Tailor::new(design, options)?;
     let dressed = tailor.dress(body)?;
     dressed.quality.check()?;
-    Ok((tailor.garment(&dressed), dressed))
+    Ok((tailor.garment(&dressed, body), dressed))
 }

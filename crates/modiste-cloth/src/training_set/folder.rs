@@ -111,7 +111,7 @@ impl Folder {
 
     /// Writes what is constant: mesh, parts, template, band, anchors, texture coordinates, pattern.
     pub(super) fn write_garment(&self, wardrobe: &Wardrobe) -> Result<(), IoError> {
-        let garment = wardrobe.tailor().garment(wardrobe.template());
+        let garment = wardrobe.tailor().garment(wardrobe.template(), wardrobe.mean());
         let parts: Vec<u8> = garment.face_parts.iter().map(|part| part.index() as u8).collect();
         let anchors = wardrobe.anchors();
         let uv: Vec<f32> = garment.uv.iter().flatten().flatten().copied().collect();
@@ -124,7 +124,7 @@ impl Folder {
             .add_u32("anchors", &[anchors.len(), 2], anchors.as_flattened().to_vec())
             .add_f32("uv", &[count, 3, 2], uv)
             .save(self.path.join("garment.npz"))?;
-        let pattern = wardrobe.tailor().cut().pattern().to_json();
+        let pattern = wardrobe.tailor().design().to_json();
         modiste_io::write_bytes(self.path.join(PATTERN_FILE), pattern.as_bytes())
     }
 

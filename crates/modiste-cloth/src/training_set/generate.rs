@@ -12,8 +12,7 @@ use rayon::prelude::*;
 use super::folder::{Entry, Folder, Manifest, SCHEMA, ShapePiece};
 use super::wardrobe::simulated_frames;
 use super::{Sequence, TrainingError, Wardrobe, draw_shapes};
-use crate::dress::TailorOptions;
-use crate::pattern::GradedPattern;
+use crate::dress::{Design, TailorOptions};
 
 pub use super::folder::Dropped;
 
@@ -21,7 +20,7 @@ pub use super::folder::Dropped;
 #[derive(Debug, Clone)]
 pub struct TrainingOptions {
     /// The garment.
-    pub pattern: Arc<GradedPattern>,
+    pub design: Design,
     /// How many bodies of random shape are dressed.
     pub body_count: usize,
     /// How many shape coefficients vary.
@@ -34,8 +33,8 @@ pub struct TrainingOptions {
 
 impl TrainingOptions {
     /// The usual set of a garment: 60 bodies of 20 coefficients.
-    pub fn new(pattern: Arc<GradedPattern>) -> Self {
-        Self { pattern, body_count: 60, dimensions: 20, seed: 1, tailor: TailorOptions::default() }
+    pub fn new(design: impl Into<Design>) -> Self {
+        Self { design: design.into(), body_count: 60, dimensions: 20, seed: 1, tailor: TailorOptions::default() }
     }
 }
 
@@ -69,10 +68,10 @@ pub fn generate(
     folder: &Path,
     progress: &dyn Progress,
 ) -> Result<Summary, TrainingError> {
-    let title = format!("{} {}", model.gender().name(), options.pattern.garment);
+    let title = format!("{} {}", model.gender().name(), options.design.garment());
     let stage = format!("{title}: first body");
     progress.start(&stage, 1);
-    let wardrobe = Wardrobe::new(model, Arc::clone(&options.pattern), options.tailor.clone())?;
+    let wardrobe = Wardrobe::new(model, options.design.clone(), options.tailor.clone())?;
     progress.finish(&stage);
     let path = folder;
     let folder = Folder::create(path)?;
@@ -100,21 +99,21 @@ pub fn generate(
 }
 
 fn new_manifest(wardrobe: &Wardrobe, options: &TrainingOptions) -> Manifest {
-    let pattern = wardrobe.tailor().cut().pattern();
+    let design = wardrobe.tailor().design();
     let points = |x: &[Vec3]| -> Vec<u8> { x.iter().flat_map(|v| v.to_array()).flat_map(f64::to_le_bytes).collect() };
     let hashes = [
-        ("pattern", modiste_io::hash(pattern.to_json().as_bytes())),
+        ("pattern", modiste_io::hash(design.to_json().as_bytes())),
         ("body", modiste_io::hash(&points(&wardrobe.mean().vertices))),
         ("template", modiste_io::hash(&points(&wardrobe.template().state.positions))),
         ("options", modiste_io::hash(format!("{:?}", options.tailor).as_bytes())),
     ];
     Manifest {
         schema: SCHEMA.to_owned(),
-        garment: pattern.garment.clone(),
-        gender: pattern.gender.clone(),
+        garment: design.garment().to_owned(),
+        gender: design.gender().to_owned(),
         seed: options.seed,
         units: "metres, radians".to_owned(),
-        fabric: pattern.material.clone(),
+        fabric: design.material().to_owned(),
         hashes: BTreeMap::from(hashes.map(|(name, hash)| (name.to_owned(), hash))),
         sequences: Vec::new(),
         dropped: Vec::new(),

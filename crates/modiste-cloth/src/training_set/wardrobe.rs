@@ -6,8 +6,7 @@ use modiste_body::{Body, Motion, Part, Pose, ScapeModel};
 use modiste_core::Vec3;
 
 use super::TrainingError;
-use crate::dress::{Carrier, Dressed, Mannequin, Tailor, TailorOptions};
-use crate::pattern::GradedPattern;
+use crate::dress::{Carrier, Design, Dressed, Mannequin, Tailor, TailorOptions};
 use crate::{BodyCollider, ClothState, CollisionGroups, Solver};
 
 /// Frames from the template pose to the first pose of a motion.
@@ -91,16 +90,16 @@ impl Simulation {
 }
 
 impl Wardrobe {
-    /// Cuts the garment and dresses the mean body.
+    /// Cuts the garment, or takes it as it is, and dresses the mean body.
     ///
     /// # Errors
     /// A pattern that cannot be cut, or a mean body that cannot be dressed.
     pub fn new(
         model: &Arc<ScapeModel>,
-        pattern: Arc<GradedPattern>,
+        design: impl Into<Design>,
         options: TailorOptions,
     ) -> Result<Self, TrainingError> {
-        let tailor = Tailor::new(pattern, options)?;
+        let tailor = Tailor::new(design, options)?;
         let mean = Mannequin::from(&model.body(&[])?);
         // Dressed again like every other body, so that its drape is one of them.
         let sewn = tailor.dress(&mean)?;
@@ -138,7 +137,7 @@ impl Wardrobe {
             distances.fold((f64::INFINITY, 0), |best, found| if found.0 < best.0 { found } else { best }).1
         };
         let positions = &self.template.state.positions;
-        self.tailor.cut().anchors().iter().map(|&v| [v, nearest(positions[v as usize])]).collect()
+        self.tailor.anchors().iter().map(|&v| [v, nearest(positions[v as usize])]).collect()
     }
 
     /// The garment on a body of another shape in the template pose.
@@ -202,13 +201,10 @@ impl Wardrobe {
 /// the trunk and torn when they part, and a hand that grazes the hip would be dressed in the shorts. The cloth of one leg
 /// does not go over to the other: it would ride up as they pass each other.
 fn groups(tailor: &Tailor, body: &Mannequin, positions: &[Vec3]) -> CollisionGroups {
-    let cut = tailor.cut();
-    let mut groups = CollisionGroups::from_face_parts(cut.topology(), cut.face_parts());
+    let mut groups = CollisionGroups::from_face_parts(tailor.topology(), tailor.face_parts());
     groups.let_others_pass();
-    for (panel, faces) in cut.pattern().panels.iter().zip(cut.face_ranges()) {
-        for &vertex in cut.topology().faces()[faces].as_flattened() {
-            panel.covers.iter().for_each(|&part| groups.add(vertex as usize, part));
-        }
+    for (vertex, part) in tailor.covers() {
+        groups.add(vertex as usize, part);
     }
     for (vertex, x) in positions.iter().enumerate() {
         let mut nearest = (f64::INFINITY, Part::Pelvis);

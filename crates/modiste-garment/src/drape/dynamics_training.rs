@@ -40,7 +40,7 @@ impl Default for DynamicsOptions {
             folds: 4,
             rehearsals: 0,
             max_spectral_radius: 0.98,
-            max_amplitude: 4.0,
+            max_amplitude: 6.0,
         }
     }
 }

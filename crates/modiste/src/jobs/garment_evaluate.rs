@@ -5,8 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use modiste_body::{Body, ScapeModel};
-use modiste_cloth::dress::TailorOptions;
-use modiste_cloth::pattern::GradedPattern;
+use modiste_cloth::dress::{Design, Mannequin, TailorOptions};
 use modiste_cloth::training_set::{Sequence, Wardrobe, draw_shapes, held_out_sequences};
 use modiste_core::Progress;
 use modiste_garment::drape::{Placement, PoseSequence, ShapeOptions, leave_one_out};
@@ -90,13 +89,14 @@ pub(crate) fn evaluate(
     let garment = model.garment();
     if garment.pattern.is_empty() {
         return Err(JobError::Request(format!(
-            "{} has no sewing pattern in its file, so physics cannot be run to measure it against",
+            "{} has neither pattern nor mesh in its file, so physics cannot be run to measure it against",
             garment.name
         )));
     }
     let shape = set.map(|set| leave_one_out(set, &ShapeOptions::default(), &BODY_COUNTS, Placement::Anchors));
-    let pattern = Arc::new(GradedPattern::from_json(&garment.name, &garment.pattern)?);
-    let wardrobe = Wardrobe::new(body_model, pattern, TailorOptions::default())?;
+    let mean = body_model.body(&[])?;
+    let design = Design::from_json(&garment.name, &garment.pattern, &Mannequin::from(&mean))?;
+    let wardrobe = Wardrobe::new(body_model, design, TailorOptions::default())?;
     if wardrobe.template().state.positions.len() != garment.template.len() {
         return Err(JobError::Request(format!(
             "{} was learned at {} vertices, and its pattern is cut at {}",
@@ -105,7 +105,6 @@ pub(crate) fn evaluate(
             wardrobe.template().state.positions.len()
         )));
     }
-    let mean = body_model.body(&[])?;
     let motions = match sources.mocap() {
         Some(folder) => held_out_sequences(&mean, &folder, reporter)?,
         None => {

@@ -1,4 +1,4 @@
-//! From a sewing pattern to a learned garment in one go.
+//! From a sewing pattern or a sewn mesh to a learned garment in one go.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use super::garment_evaluate::{EvaluatedGarment, evaluate};
 use super::garment_simulate::{GarmentSimulate, SimulatedGarment};
 use super::garment_train::{LICENCE, provenance_command};
 use crate::event::Reporter;
-use crate::{Assets, JobError, PatternChoice, Sources};
+use crate::{Assets, JobError, DesignChoice, Sources};
 
 /// Makes the training set of a garment, learns it, measures it and writes the model with its figures inside. What an
 /// interrupted run simulated is kept.
@@ -21,7 +21,7 @@ pub struct GarmentLearn {
     /// Whose garment.
     pub gender: Gender,
     /// The garment.
-    pub pattern: PatternChoice,
+    pub design: DesignChoice,
     /// Number of bodies that it is draped over.
     pub bodies: usize,
     /// Seed of their shapes.
@@ -54,7 +54,7 @@ impl GarmentLearn {
         let started = Instant::now();
         let simulated = GarmentSimulate {
             gender: self.gender,
-            pattern: self.pattern.clone(),
+            design: self.design.clone(),
             bodies: self.bodies,
             seed: self.seed,
             sources: self.sources.clone(),

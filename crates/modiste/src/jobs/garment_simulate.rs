@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::event::Reporter;
 use crate::limits::check_range;
-use crate::{Assets, JobError, PatternChoice, Sources};
+use crate::{Assets, JobError, DesignChoice, Sources};
 
 /// Dresses bodies of random shape and lets the mean body move in a garment, by physics. What an interrupted run finished
 /// is kept.
@@ -18,7 +18,7 @@ pub struct GarmentSimulate {
     /// Whose bodies.
     pub gender: Gender,
     /// The garment.
-    pub pattern: PatternChoice,
+    pub design: DesignChoice,
     /// Number of bodies that are dressed.
     pub bodies: usize,
     /// Seed of their shapes.
@@ -53,9 +53,9 @@ impl GarmentSimulate {
             reporter.warn("no captured motions are there: the garment is learned from made motions alone");
         }
         let mean = model.body(&[])?;
-        let pattern = self.pattern.load(&mean, reporter)?;
+        let design = self.design.load(&mean, reporter)?;
         let sequences = training_sequences(&mean, mocap.as_deref(), reporter)?;
-        let options = TrainingOptions { body_count: self.bodies, seed: self.seed, ..TrainingOptions::new(pattern) };
+        let options = TrainingOptions { body_count: self.bodies, seed: self.seed, ..TrainingOptions::new(design) };
         let summary = generate(&model, &sequences, &options, &self.out, reporter)?;
         Ok(SimulatedGarment {
             folder: self.out.clone(),

@@ -11,7 +11,7 @@ mod garment_learn;
 mod garment_simulate;
 mod garment_train;
 mod motion_choice;
-mod pattern_choice;
+mod design_choice;
 
 use serde::Serialize;
 
@@ -26,7 +26,7 @@ pub use garment_learn::{GarmentLearn, LearnedGarment};
 pub use garment_simulate::{GarmentSimulate, SimulatedGarment};
 pub use garment_train::{GarmentTrain, TrainedGarment};
 pub use motion_choice::{Action, Length, MotionChoice};
-pub use pattern_choice::PatternChoice;
+pub use design_choice::DesignChoice;
 
 use crate::event::Reporter;
 use crate::{JobError, Listener};
