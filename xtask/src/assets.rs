@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Result, ensure};
 use modiste::{
-    BodyPopulation, BodyTrain, Event, GarmentSimulate, GarmentTrain, Gender, Job, Outcome, DesignChoice, Sources,
+    BodyPopulation, BodyTrain, DesignChoice, Event, GarmentSimulate, GarmentTrain, Gender, Job, Outcome, Sources,
     run as run_job,
 };
 

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiste::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Dress, GarmentEvaluate, GarmentLearn,
-    GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, DesignChoice, Quantity, Sources,
+    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, DesignChoice, Dress, GarmentEvaluate,
+    GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, Quantity, Sources,
 };
 
 /// Dressed virtual people, learned from data.
@@ -166,7 +166,7 @@ struct DesignArguments {
     #[arg(
         value_name = "GARMENT",
         required_unless_present_any = ["pattern", "mesh"],
-        conflicts_with_all = ["pattern", "mesh", "name", "fabric"]
+        conflicts_with_all = ["pattern", "mesh", "body", "name", "fabric"]
     )]
     garment: Option<String>,
     /// A pattern file: GarmentCode's specification, or ours with its sizes.
@@ -545,7 +545,7 @@ impl From<ActionName> for Action {
 mod tests {
     use super::Arguments;
     use clap::{CommandFactory, Parser};
-    use modiste::{BodyChoice, Dress, Job, Length, DesignChoice, Quantity};
+    use modiste::{BodyChoice, DesignChoice, Dress, Job, Length, Quantity};
 
     fn job(words: &str) -> Job {
         Arguments::try_parse_from(words.split_whitespace()).unwrap().job().unwrap()

@@ -169,7 +169,8 @@ mod tests {
         let (body, wider): (Mannequin, Mannequin) = (dummy(1.0), dummy(1.12));
         for garment in GARMENTS {
             let pattern = Arc::new(builtin(garment, Gender::Female).unwrap().unwrap());
-            let tailor = Tailor::new(pattern, TailorOptions { vertex_count: 600, ..TailorOptions::default() }).unwrap();
+            let tailor =
+                Tailor::new(pattern, TailorOptions { vertex_count: 1000, ..TailorOptions::default() }).unwrap();
             let dressed = tailor.dress(&body).unwrap();
             assert!(dressed.widest_seam < 1e-3, "{garment}");
             check(&dressed);

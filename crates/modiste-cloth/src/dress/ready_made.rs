@@ -4,9 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use modiste_body::{Gender, Part};
-use modiste_core::{
-    Topology, TriangleBvh, Vec2, Vec3, boundary_loops, connected_components, face_areas, face_normals,
-};
+use modiste_core::{Topology, TriangleBvh, Vec2, Vec3, boundary_loops, connected_components, face_areas, face_normals};
 use serde::{Deserialize, Serialize};
 
 use super::carry::Carrier;
@@ -113,7 +111,9 @@ pub enum ReadyMadeError {
         smallest: usize,
     },
     /// Not where the body is.
-    #[error("{name}: a garment on its body was wanted, found one {distance:.2} m away from it (half of its vertices are farther)")]
+    #[error(
+        "{name}: a garment on its body was wanted, found one {distance:.2} m away from it (half of its vertices are farther)"
+    )]
     Away {
         /// The garment.
         name: String,
@@ -162,6 +162,10 @@ impl ReadyMade {
         if triangles.len() > MOST_TRIANGLES {
             return Err(ReadyMadeError::TooFine { name, found: triangles.len() });
         }
+        if let Some(vertex) = triangles.as_flattened().iter().find(|&&vertex| vertex as usize >= vertices.len()) {
+            let why = format!("vertex {vertex}, where there are {}", vertices.len());
+            return Err(ReadyMadeError::NotASurface { name, why });
+        }
         let (vertices, mut faces) = welded(vertices, triangles);
         if faces.is_empty() {
             return Err(ReadyMadeError::Empty { name });
@@ -189,12 +193,8 @@ impl ReadyMade {
             faces.iter_mut().for_each(|face| face.swap(1, 2));
             topology = surface(faces.clone())?;
         }
-        let carried = Carrier::new(&vertices, &worn_on.vertices).carry(
-            &topology,
-            &vertices,
-            &worn_on.vertices,
-            &mean.vertices,
-        );
+        let carried =
+            Carrier::new(&vertices, &worn_on.vertices).carry(&topology, &vertices, &worn_on.vertices, &mean.vertices);
         let file = File {
             ready_made: VERSION,
             garment: garment.to_owned(),
@@ -302,7 +302,8 @@ impl ReadyMade {
     pub fn edge_length(&self) -> f64 {
         let x = self.on_mean();
         let edges = self.topology.edges();
-        let sum: f64 = edges.iter().map(|edge| x[edge.vertices[0] as usize].distance(x[edge.vertices[1] as usize])).sum();
+        let sum: f64 =
+            edges.iter().map(|edge| x[edge.vertices[0] as usize].distance(x[edge.vertices[1] as usize])).sum();
         sum / edges.len().max(1) as f64
     }
 
@@ -599,7 +600,9 @@ mod tests {
         assert!(again.on_mean().iter().zip(skirt.on_mean()).all(|(a, b)| a.distance(b) < 1e-12));
         assert_eq!(again.face_parts(), skirt.face_parts());
         assert_eq!((again.band(), again.covers()), (skirt.band(), skirt.covers()));
-        for (from, to) in [("\"ready_made\":1", "\"ready_made\":2"), ("[[", "[[1e999,0,0],["), ("[[0,", "[[9999,"), ("}", "")] {
+        for (from, to) in
+            [("\"ready_made\":1", "\"ready_made\":2"), ("[[", "[[1e999,0,0],["), ("[[0,", "[[9999,"), ("}", "")]
+        {
             assert!(text.contains(from));
             let error = ReadyMade::from_json("file", &text.replacen(from, to, 1), &dummy(1.0)).unwrap_err();
             assert!(error.to_string().starts_with("file"), "{error}");
@@ -629,6 +632,7 @@ mod tests {
             assert!(error.contains(wanted), "{wanted}: {error}");
         };
         refused(&x, &[], "found none");
+        refused(&x, &[[0, 1, 9999]], "vertex 9999");
         refused(&x, &vec![faces[0]; 60_001], "at most 60000");
         let [a, b, _] = faces[0];
         refused(&x, &[faces.clone(), vec![[a, b, 300]]].concat(), "3 triangles at one edge");

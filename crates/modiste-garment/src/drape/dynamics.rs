@@ -19,8 +19,8 @@ pub struct Dynamics {
     pub(crate) coefficients: Matrix,
     /// Rows 1, θ_c; one column per ψ: the model of order zero, "without dynamics".
     pub(crate) static_coefficients: Matrix,
-    /// Factors on each ψ, with and without dynamics; see [`Dynamics::amplitudes`].
-    amplitudes: [Vec<f64>; 2],
+    /// A factor on each ψ; see [`Dynamics::amplitudes`].
+    amplitudes: Vec<f64>,
     /// Largest magnitude that each ψ may take.
     limits: Vec<f64>,
 }
@@ -108,27 +108,25 @@ const LARGEST_DEVIATION: f64 = 5.0;
 impl Dynamics {
     pub(crate) fn new(inputs: PoseInputs, coefficients: Matrix, static_coefficients: Matrix) -> Self {
         let limits = vec![f64::INFINITY; coefficients.cols];
-        let amplitudes = [vec![1.0; coefficients.cols], vec![1.0; coefficients.cols]];
+        let amplitudes = vec![1.0; coefficients.cols];
         Self { inputs, coefficients, static_coefficients, amplitudes, limits }
     }
 
-    pub(crate) fn with_amplitudes(self, amplitudes: [Vec<f64>; 2]) -> Self {
+    pub(crate) fn with_amplitudes(self, amplitudes: Vec<f64>) -> Self {
         Self { amplitudes, ..self }
     }
 
     /// Multiplies the amplitudes, one factor per ψ.
     pub(crate) fn amplify(&mut self, gains: &[f64]) {
-        for amplitudes in &mut self.amplitudes {
-            amplitudes.iter_mut().zip(gains).for_each(|(amplitude, gain)| *amplitude *= gain);
-        }
+        self.amplitudes.iter_mut().zip(gains).for_each(|(amplitude, gain)| *amplitude *= gain);
     }
 
-    /// Factors on each ψ as it is shown, with and without dynamics; they do not enter the recursion.
+    /// A factor on each ψ as it is shown, with dynamics or without; they do not enter the recursion.
     ///
     /// Not in the paper. Least squares predict the mean of all wrinkles that go with a pose, which is flatter than each
     /// of them. The factors give each ψ the spread that it has in motions that were held out in training.
-    pub fn amplitudes(&self) -> [&[f64]; 2] {
-        [&self.amplitudes[0], &self.amplitudes[1]]
+    pub fn amplitudes(&self) -> &[f64] {
+        &self.amplitudes
     }
 
     /// Bounds the wrinkles by their standard deviations over the training frames. Like any linear model this one would
@@ -188,7 +186,6 @@ impl Dynamics {
     /// The wrinkles of the next frame (eq. 5) at their [amplitudes](Self::amplitudes); nothing is allocated.
     pub fn step<'s>(&self, state: &'s mut DynamicsState, pose: &Pose) -> &'s [f64] {
         let DynamicsState { wrinkles: [newer, older], poses, memory, shown, row, scratch } = state;
-        let is_first = poses.is_none();
         match poses {
             Some([before, before_that]) => {
                 let past = Past { poses: [before, before_that], wrinkles: [newer, older], memory };
@@ -206,7 +203,7 @@ impl Dynamics {
                 *poses = Some([pose.clone(), pose.clone()]);
             }
         }
-        self.show(newer, &self.amplitudes[usize::from(is_first)], shown);
+        self.show(newer, shown);
         shown
     }
 
@@ -214,12 +211,12 @@ impl Dynamics {
     pub fn step_static<'s>(&self, state: &'s mut DynamicsState, pose: &Pose) -> &'s [f64] {
         let DynamicsState { wrinkles: [wrinkles, _], shown, row, .. } = state;
         self.static_into(pose, row, wrinkles);
-        self.show(wrinkles, &self.amplitudes[1], shown);
+        self.show(wrinkles, shown);
         shown
     }
 
-    fn show(&self, wrinkles: &[f64], amplitudes: &[f64], shown: &mut [f64]) {
-        for ((shown, value), amplitude) in shown.iter_mut().zip(wrinkles).zip(amplitudes) {
+    fn show(&self, wrinkles: &[f64], shown: &mut [f64]) {
+        for ((shown, value), amplitude) in shown.iter_mut().zip(wrinkles).zip(&self.amplitudes) {
             *shown = value * amplitude;
         }
         self.limit(shown);

@@ -28,7 +28,8 @@ pub struct DynamicsOptions {
     pub rehearsals: usize,
     /// Largest spectral radius of the history that is accepted; above it the history is weighed more (see [`learn`]).
     pub max_spectral_radius: f64,
-    /// Largest factor that gives a wrinkle its spread back (see [`Dynamics::amplitudes`]); 1 is the paper.
+    /// Largest factor that gives a wrinkle its spread back (see [`Dynamics::amplitudes`]); 1 is the paper. Where less leaves
+    /// enough of all wrinkles together, less is used.
     pub max_amplitude: f64,
 }
 
@@ -185,20 +186,14 @@ impl Learner<'_> {
             normal.add(&sum(&rehearsed), 1.0);
             (coefficients, radii) = self.solve_stable(&normal, &weights)?;
         }
-        let amplitudes = [
-            self.amplitudes(
-                &normals,
-                |kept| Ok(self.solve_stable(kept, &weights)?.0),
-                |coefficients, example| {
-                    free_run(&self.assemble(coefficients.clone(), &static_coefficients), example.poses)
-                },
-            )?,
-            self.amplitudes(
-                &static_normals,
-                |kept| self.solve_static(kept, &static_ridges),
-                |coefficients, example| example.poses.iter().map(|pose| self.static_run(coefficients, pose)).collect(),
-            )?,
-        ];
+        let truth = squares(self.examples.iter().flat_map(|example| example.wrinkles), self.count);
+        let made = self.held_out_squares(
+            &normals,
+            |kept| Ok(self.solve_stable(kept, &weights)?.0),
+            |coefficients, example| free_run(&self.assemble(coefficients.clone(), &static_coefficients), example.poses),
+        )?;
+        let bound = amplitude_bound(&truth, &made, self.options.max_amplitude.max(1.0));
+        let amplitudes = bounded_amplitudes(&truth, &made, bound);
         let [learned_spectral_radius, spectral_radius] = radii;
         let training = DynamicsTraining {
             pose_ridges: weights.iter().map(|&(pose, _)| pose).collect(),
@@ -319,9 +314,8 @@ impl Learner<'_> {
         Ok((best.into_iter().map(|choice| choices[choice]).collect(), sum / self.variance()))
     }
 
-    /// For every ψ the spread on held-out groups of examples over that of runs learned without them, from 1 to the largest
-    /// that the options allow.
-    fn amplitudes(
+    /// For every ψ the sum of squares of runs on groups of examples that they were learned without.
+    fn held_out_squares(
         &self,
         normals: &[Normal],
         train: impl Fn(&Normal) -> Result<Matrix, GarmentError> + Sync,
@@ -334,11 +328,7 @@ impl Learner<'_> {
             Ok(self.group(group).flat_map(|(_, example)| run(&coefficients, example)).collect())
         });
         let runs: Vec<Vec<Vec<f64>>> = runs.collect::<Result<_, GarmentError>>()?;
-        let made = squares(runs.iter().flatten(), self.count);
-        let truth = squares(self.examples.iter().flat_map(|example| example.wrinkles), self.count);
-        let most = self.options.max_amplitude.max(1.0);
-        let factor = |(truth, made): (&f64, &f64)| (truth / made.max(f64::MIN_POSITIVE)).sqrt().clamp(1.0, most);
-        Ok(truth.iter().zip(&made).map(factor).collect())
+        Ok(squares(runs.iter().flatten(), self.count))
     }
 
     fn static_run(&self, coefficients: &Matrix, pose: &Pose) -> Vec<f64> {
@@ -412,6 +402,30 @@ impl Learner<'_> {
     }
 }
 
+/// Part of the sum of squares of all ψ that is enough (see [`amplitude_bound`]): with it the shorts and T-shirts that ship
+/// keep 85 % and more of the mean curvature of held-out simulations.
+const ENOUGH_SPREAD: f64 = 0.785;
+
+/// For every ψ the factor, at least one and at most `bound`, that gives its runs (sum of squares `made`) the spread of the
+/// truth.
+fn bounded_amplitudes(truth: &[f64], made: &[f64], bound: f64) -> Vec<f64> {
+    let factor = |(truth, made): (&f64, &f64)| (truth / made.max(f64::MIN_POSITIVE)).sqrt().clamp(1.0, bound);
+    truth.iter().zip(made).map(factor).collect()
+}
+
+/// The bound of the amplitudes: as low as leaves all ψ together [`ENOUGH_SPREAD`] of their true spread, and no higher than
+/// `most`. A fold that cannot be foreseen is wrong wherever it is shown, so no more of it is shown than it takes.
+fn amplitude_bound(truth: &[f64], made: &[f64], most: f64) -> f64 {
+    const STEPS: u32 = 40;
+    let wanted = ENOUGH_SPREAD * truth.iter().sum::<f64>();
+    let is_enough = |bound: &f64| {
+        let factors = bounded_amplitudes(truth, made, *bound);
+        factors.iter().zip(made).map(|(factor, made)| factor * factor * made).sum::<f64>() >= wanted
+    };
+    let bounds = (0..=STEPS).map(|step| 1.0 + (most - 1.0) * f64::from(step) / f64::from(STEPS));
+    bounds.into_iter().find(is_enough).unwrap_or(most)
+}
+
 /// Ridge regression with other weights for each target; `ridge` says what a regressor weighs, from its
 /// index and variance, under the weights of a target.
 fn solve_each<C: Copy + PartialEq>(
@@ -465,7 +479,7 @@ pub(crate) fn free_run(dynamics: &Dynamics, poses: &[Pose]) -> Vec<Vec<f64>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{DynamicsOptions, free_run, learn};
+    use super::{DynamicsOptions, amplitude_bound, bounded_amplitudes, free_run, learn};
     use crate::drape::dynamics::Dynamics;
     use crate::drape::features::{InputOptions, PoseInputs};
     use modiste_body::{Motion, Part, Pose};
@@ -562,7 +576,7 @@ mod tests {
         let parts = [Part::Chest, Part::LeftThigh];
         let amplitudes = |most: f64| {
             let chosen = DynamicsOptions { max_amplitude: most, ..options(1e-9) };
-            learn(&parts, &references, &wrinkles, &chosen).unwrap().0.amplitudes()[0].to_vec()
+            learn(&parts, &references, &wrinkles, &chosen).unwrap().0.amplitudes().to_vec()
         };
         let free = amplitudes(100.0);
         assert!((free[0] - 1.0).abs() < 0.02, "{free:?}");
@@ -571,11 +585,24 @@ mod tests {
         assert!(amplitudes(1.0).iter().all(|amplitude| (amplitude - 1.0).abs() < 1e-12), "the paper");
         // They are shown, and do not feed back.
         let plain = dynamics(0.5, 0.1);
-        let shown = plain.clone().with_amplitudes([vec![2.0; COUNT], vec![2.0; COUNT]]);
+        let shown = plain.clone().with_amplitudes(vec![2.0; COUNT]);
         let poses = &motion(4, 30).frames;
         for (plain, shown) in free_run(&plain, poses).iter().zip(free_run(&shown, poses)) {
             assert!(plain.iter().zip(&shown).all(|(plain, shown)| (2.0 * plain - shown).abs() < 1e-12));
         }
+    }
+
+    #[test]
+    fn no_more_of_what_cannot_be_foreseen_is_shown_than_it_takes() {
+        let (truth, made) = ([6.0, 1.0, 3.0], [6.0, 0.25, 0.0001]);
+        let shown = |factors: &[f64]| factors.iter().zip(&made).map(|(f, m)| f * f * m).sum::<f64>();
+        let factors = bounded_amplitudes(&truth, &made, amplitude_bound(&truth, &made, 200.0));
+        assert!((1.0..1.01).contains(&factors[0]), "{factors:?}");
+        assert!((factors[1] - 2.0).abs() < 1e-12, "a fold that is there gets its whole spread: {factors:?}");
+        assert!(factors[2] < (truth[2] / made[2]).sqrt(), "{factors:?}");
+        assert!((0.78..0.88).contains(&(shown(&factors) / 10.0)), "{factors:?}");
+        assert!((amplitude_bound(&truth, &made, 3.0) - 3.0).abs() < 1e-12);
+        assert!(bounded_amplitudes(&truth, &made, 1.0).iter().all(|factor| (factor - 1.0).abs() < 1e-12));
     }
 
     #[test]

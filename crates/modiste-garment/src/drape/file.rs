@@ -30,9 +30,6 @@ const EVALUATION: &str = "evaluation";
 /// Names of the blocks of eq. 5 in the file.
 const BLOCKS: [&str; 7] = ["m", "M1", "M2", "M3", "M4", "M5", "M6"];
 
-/// Names of the amplitudes with and without dynamics in the file.
-const AMPLITUDES: [&str; 2] = ["amplitudes", "static_amplitudes"];
-
 impl DrapeModel {
     /// Writes the model, whole or not at all.
     ///
@@ -83,9 +80,7 @@ impl DrapeModel {
         }
         let fixed = &dynamics.static_coefficients;
         writer.add_f64("static", &[fixed.rows, fixed.cols], fixed.data.clone());
-        for (name, amplitudes) in AMPLITUDES.into_iter().zip(dynamics.amplitudes()) {
-            writer.add_f64(name, &[amplitudes.len()], amplitudes.to_vec());
-        }
+        writer.add_f64("amplitudes", &[dynamics.amplitudes().len()], dynamics.amplitudes().to_vec());
         Ok(writer.to_bytes(name)?)
     }
 
@@ -307,8 +302,8 @@ fn read_dynamics(file: &ModelFile, name: &str, wrinkles: usize) -> Result<Dynami
     }
     let coefficients = Matrix { rows: rows.len() / wrinkles.max(1), cols: wrinkles, data: rows };
     let static_coefficients = matrix(file, "static", 1 + pose, wrinkles)?;
-    let [dynamic, fixed] = AMPLITUDES.map(|name| file.f64(name, &[wrinkles]));
-    Ok(Dynamics::new(inputs, coefficients, static_coefficients).with_amplitudes([dynamic?, fixed?]))
+    let amplitudes = file.f64("amplitudes", &[wrinkles])?;
+    Ok(Dynamics::new(inputs, coefficients, static_coefficients).with_amplitudes(amplitudes))
 }
 
 fn matrix(file: &ModelFile, name: &str, rows: usize, cols: usize) -> Result<Matrix, GarmentError> {

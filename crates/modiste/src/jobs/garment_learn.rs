@@ -12,7 +12,7 @@ use super::garment_evaluate::{EvaluatedGarment, evaluate};
 use super::garment_simulate::{GarmentSimulate, SimulatedGarment};
 use super::garment_train::{LICENCE, provenance_command};
 use crate::event::Reporter;
-use crate::{Assets, JobError, DesignChoice, Sources};
+use crate::{Assets, DesignChoice, JobError, Sources};
 
 /// Makes the training set of a garment, learns it, measures it and writes the model with its figures inside. What an
 /// interrupted run simulated is kept.

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::event::Reporter;
 use crate::limits::check_range;
-use crate::{Assets, JobError, DesignChoice, Sources};
+use crate::{Assets, DesignChoice, JobError, Sources};
 
 /// Dresses bodies of random shape and lets the mean body move in a garment, by physics. What an interrupted run finished
 /// is kept.

@@ -5,13 +5,13 @@ mod body_make;
 mod body_measure;
 mod body_population;
 mod body_train;
+mod design_choice;
 mod dress;
 mod garment_evaluate;
 mod garment_learn;
 mod garment_simulate;
 mod garment_train;
 mod motion_choice;
-mod design_choice;
 
 use serde::Serialize;
 
@@ -20,13 +20,13 @@ pub use body_make::{BodyMake, MadeBody};
 pub use body_measure::{BodyMeasure, MeasuredBody};
 pub use body_population::{BodyPopulation, MadePopulation};
 pub use body_train::{BodyTrain, TrainedBody};
+pub use design_choice::DesignChoice;
 pub use dress::{Dress, Dressed};
 pub use garment_evaluate::{EvaluatedGarment, GarmentEvaluate};
 pub use garment_learn::{GarmentLearn, LearnedGarment};
 pub use garment_simulate::{GarmentSimulate, SimulatedGarment};
 pub use garment_train::{GarmentTrain, TrainedGarment};
 pub use motion_choice::{Action, Length, MotionChoice};
-pub use design_choice::DesignChoice;
 
 use crate::event::Reporter;
 use crate::{JobError, Listener};
