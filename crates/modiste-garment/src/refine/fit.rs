@@ -190,6 +190,37 @@ mod tests {
     }
 
     #[test]
+    fn a_band_that_stands_off_the_body_does_not_show_through_the_layer_over_it() {
+        // Nearly flat, so that only the end of the inner layer asks for a look around.
+        let ball = |subdivisions: usize, radius: f64| {
+            let mut ball = icosphere(subdivisions);
+            ball.vertices.iter_mut().for_each(|v| *v *= radius);
+            ball
+        };
+        let body = ball(5, 1.0);
+        let members: Vec<u32> = (0..body.vertices.len() as u32).collect();
+        let obstacle = Obstacle::single(body.topology.clone(), &body.vertices);
+        // The lower half of a ball of cloth, 8 mm off the body: its rim is the band.
+        let ball_of_cloth = ball(5, 1.008);
+        let is_low = |face: &&[u32; 3]| face.iter().all(|&v| ball_of_cloth.vertices[v as usize].y < 0.01);
+        let faces: Vec<[u32; 3]> = ball_of_cloth.topology.faces().iter().filter(is_low).copied().collect();
+        let mut low: Vec<u32> = faces.as_flattened().to_vec();
+        low.sort_unstable();
+        low.dedup();
+        let inner = std::sync::Arc::new(modiste_core::Topology::new(ball_of_cloth.vertices.len(), faces).unwrap());
+        let inner_surface = Obstacle::single(inner, &ball_of_cloth.vertices);
+        let below =
+            [Below { obstacle: &obstacle, members: &members }, Below { obstacle: &inner_surface, members: &low }];
+        // The layer over it is coarser, and close to the body.
+        let outer = ball(4, 1.003);
+        let mut fitted = outer.vertices.clone();
+        Fit::new(&outer.topology, &[], FitOptions::default()).fit(&below, &mut fitted);
+        let places: Vec<_> = low.iter().map(|&v| ball_of_cloth.vertices[v as usize]).collect();
+        let covered = measure(&outer.topology, &fitted, &places).count;
+        assert_eq!(covered, low.len(), "all of the inner layer is under the outer one");
+    }
+
+    #[test]
     fn the_waist_band_is_drawn_to_the_body() {
         let (_, obstacle, members) = body();
         let garment = cloth(0.23, 0.0);

@@ -36,8 +36,8 @@ pub(crate) fn find_lifts(
     lifts.par_extend(faces.filter_map(|face| lift(*face, sites, obstacles, garment)));
 }
 
-/// The vertices tried are those of the nearest faces of the corners, and where the surface is curved there those around
-/// them.
+/// The vertices tried are those of the nearest faces of the corners, and where the surface is curved there, or ends under the
+/// triangle as a waist band does, those around them.
 fn lift(face: [u32; 3], sites: &[Site], obstacles: &[&Obstacle], garment: &[Vec3]) -> Option<Lift> {
     let contacts = face.map(|vertex| sites[vertex as usize].contacts.nearest());
     let [Some(a), Some(b), Some(c)] = contacts else { return None };
@@ -48,7 +48,8 @@ fn lift(face: [u32; 3], sites: &[Site], obstacles: &[&Obstacle], garment: &[Vec3
     let corners = face.map(|vertex| garment[vertex as usize]);
     let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
     let product = |i: usize, j: usize| nearest[i].1.normal.dot(nearest[j].1.normal);
-    let is_curved = product(0, 1).min(product(1, 2)).min(product(2, 0)) < CURVED;
+    let ends = nearest.iter().any(|(owner, _)| *owner != nearest[0].0);
+    let looks_around = ends || product(0, 1).min(product(1, 2)).min(product(2, 0)) < CURVED;
     let mut height: f64 = 0.0;
     for (owner, contact) in nearest {
         let obstacle = obstacles[owner];
@@ -59,7 +60,7 @@ fn lift(face: [u32; 3], sites: &[Site], obstacles: &[&Obstacle], garment: &[Vec3
         };
         for vertex in obstacle.topology().faces()[contact.face as usize] {
             try_vertex(vertex);
-            if is_curved {
+            if looks_around {
                 obstacle.topology().neighbours(vertex as usize).iter().for_each(|&around| try_vertex(around));
             }
         }
