@@ -186,8 +186,9 @@ struct DesignArguments {
     fabric: Option<String>,
 }
 
+/// What a training set is made of.
 #[derive(Debug, Args)]
-struct LearnArguments {
+struct TrainingArguments {
     #[command(flatten)]
     design: DesignArguments,
     /// Whose bodies.
@@ -196,18 +197,24 @@ struct LearnArguments {
     /// Number of bodies that are dressed.
     #[arg(long, default_value_t = 60)]
     bodies: usize,
-    /// Number of bodies beside the mean one that the garment is measured on.
-    #[arg(long, default_value_t = 4)]
-    trial_bodies: usize,
     /// Seed of their shapes.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Folder with captured motions (`mocap`); it may be absent.
     #[arg(long, value_name = "FOLDER", default_value = "../shared/data")]
     data: PathBuf,
+}
+
+#[derive(Debug, Args)]
+struct LearnArguments {
+    #[command(flatten)]
+    set: TrainingArguments,
     /// Folder for the training set; otherwise `training/garments/<gender>-<garment>`.
     #[arg(long, value_name = "FOLDER")]
     training: Option<PathBuf>,
+    /// Number of bodies beside the mean one that the garment is measured on.
+    #[arg(long, default_value_t = 4)]
+    trial_bodies: usize,
     /// The model file.
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -237,19 +244,7 @@ struct EvaluateArguments {
 #[derive(Debug, Args)]
 struct SimulateArguments {
     #[command(flatten)]
-    design: DesignArguments,
-    /// Whose bodies.
-    #[arg(long, value_enum, default_value = "female")]
-    gender: GenderName,
-    /// Number of bodies that are dressed.
-    #[arg(long, default_value_t = 60)]
-    bodies: usize,
-    /// Seed of their shapes.
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
-    /// Folder with captured motions (`mocap`); it may be absent.
-    #[arg(long, value_name = "FOLDER", default_value = "../shared/data")]
-    data: PathBuf,
+    set: TrainingArguments,
     /// Folder for the training set; otherwise `training/garments/<gender>-<garment>`.
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
@@ -426,13 +421,14 @@ impl TrainArguments {
     }
 }
 
-impl SimulateArguments {
-    fn job(&self) -> GarmentSimulate {
+impl TrainingArguments {
+    /// Into `folder`, or the place of its name.
+    fn job(&self, folder: Option<&PathBuf>) -> GarmentSimulate {
         let gender: Gender = self.gender.into();
         let design = self.design.choice();
         GarmentSimulate {
             gender,
-            out: self.out.clone().unwrap_or_else(|| training_folder(gender, &design)),
+            out: folder.cloned().unwrap_or_else(|| training_folder(gender, &design)),
             design,
             bodies: self.bodies,
             seed: self.seed,
@@ -441,17 +437,16 @@ impl SimulateArguments {
     }
 }
 
+impl SimulateArguments {
+    fn job(&self) -> GarmentSimulate {
+        self.set.job(self.out.as_ref())
+    }
+}
+
 impl LearnArguments {
     fn job(&self) -> GarmentLearn {
-        let gender: Gender = self.gender.into();
-        let design = self.design.choice();
         GarmentLearn {
-            gender,
-            training: self.training.clone().unwrap_or_else(|| training_folder(gender, &design)),
-            design,
-            bodies: self.bodies,
-            seed: self.seed,
-            sources: sources(&self.data),
+            training: self.set.job(self.training.as_ref()),
             trial_bodies: self.trial_bodies,
             out: self.out.clone(),
         }
@@ -577,18 +572,18 @@ mod tests {
         let Job::GarmentLearn(learn) = job("modiste garment learn pants --gender male --out p.safetensors") else {
             panic!()
         };
-        assert_eq!(learn.design, DesignChoice::BuiltIn("pants".into()));
-        assert!(learn.training.ends_with("training/garments/male-pants"));
+        assert_eq!(learn.training.design, DesignChoice::BuiltIn("pants".into()));
+        assert!(learn.training.out.ends_with("training/garments/male-pants"));
         let Job::GarmentLearn(learn) = job("modiste garment learn --pattern a/robe.json --fabric denim --out r") else {
             panic!()
         };
-        assert!(matches!(&learn.design, DesignChoice::File { fabric: Some(fabric), .. } if fabric == "denim"));
-        assert!(learn.training.ends_with("female-robe"));
+        assert!(matches!(&learn.training.design, DesignChoice::File { fabric: Some(fabric), .. } if fabric == "denim"));
+        assert!(learn.training.out.ends_with("female-robe"));
         let Job::GarmentLearn(learn) = job("modiste garment learn --mesh a/robe.obj --body me.obj --out r") else {
             panic!()
         };
-        assert!(matches!(&learn.design, DesignChoice::Mesh { body: Some(_), name: None, .. }));
-        assert!(learn.training.ends_with("female-robe"));
+        assert!(matches!(&learn.training.design, DesignChoice::Mesh { body: Some(_), name: None, .. }));
+        assert!(learn.training.out.ends_with("female-robe"));
     }
 
     #[test]

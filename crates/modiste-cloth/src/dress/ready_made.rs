@@ -39,7 +39,11 @@ const ANCHORS: usize = 20;
 /// the rest shape goes with the surface of the body.
 #[derive(Debug, Clone)]
 pub struct ReadyMade {
-    file: File,
+    garment: String,
+    gender: String,
+    material: String,
+    /// On the mean body (m).
+    positions: Vec<Vec3>,
     topology: Arc<Topology>,
     face_parts: Vec<Part>,
     covers: Vec<(u32, Part)>,
@@ -195,15 +199,7 @@ impl ReadyMade {
         }
         let carried =
             Carrier::new(&vertices, &worn_on.vertices).carry(&topology, &vertices, &worn_on.vertices, &mean.vertices);
-        let file = File {
-            ready_made: VERSION,
-            garment: garment.to_owned(),
-            gender: gender.name().to_owned(),
-            material: material.to_owned(),
-            vertices: carried.iter().map(|x| x.to_array()).collect(),
-            faces,
-        };
-        Ok(Self::assemble(file, topology, mean))
+        Ok(Self::assemble([garment, gender.name(), material], carried, topology, mean))
     }
 
     /// Whether a stored text is that of a ready-made garment.
@@ -213,8 +209,16 @@ impl ReadyMade {
 
     /// What is stored of it.
     pub fn to_json(&self) -> String {
+        let file = File {
+            ready_made: VERSION,
+            garment: self.garment.clone(),
+            gender: self.gender.clone(),
+            material: self.material.clone(),
+            vertices: self.positions.iter().map(|x| x.to_array()).collect(),
+            faces: self.topology.faces().to_vec(),
+        };
         // Numbers and names always serialise.
-        serde_json::to_string(&self.file).unwrap_or_default()
+        serde_json::to_string(&file).unwrap_or_default()
     }
 
     /// Reads a stored one; `name` stands for the file in errors.
@@ -230,14 +234,22 @@ impl ReadyMade {
         if file.vertices.iter().flatten().any(|x| !x.is_finite()) {
             return Err(wrong("coordinates that are not finite".to_owned()));
         }
-        let topology = Topology::new(file.vertices.len(), file.faces.clone()).map_err(|e| wrong(e.to_string()))?;
-        Ok(Self::assemble(file, topology, mean))
+        let topology = Topology::new(file.vertices.len(), file.faces).map_err(|error| wrong(error.to_string()))?;
+        if topology.face_count() == 0 || boundary_loops(&topology).is_empty() {
+            return Err(wrong(format!("{} triangles without an opening", topology.face_count())));
+        }
+        let positions = file.vertices.into_iter().map(Vec3::from_array).collect();
+        Ok(Self::assemble([&file.garment, &file.gender, &file.material], positions, topology, mean))
     }
 
-    fn assemble(file: File, topology: Topology, mean: &Mannequin) -> Self {
-        let positions: Vec<Vec3> = file.vertices.iter().map(|&x| Vec3::from_array(x)).collect();
+    fn assemble(
+        [garment, gender, material]: [&str; 3],
+        positions: Vec<Vec3>,
+        topology: Topology,
+        mean: &Mannequin,
+    ) -> Self {
         let mut face_parts = nearest_parts(&topology, &positions, mean);
-        let covers = join_legs(&topology, &positions, mean, &mut face_parts);
+        let covers = join_legs(&topology, &positions, &mut face_parts);
         let top = boundary_loops(&topology)
             .into_iter()
             .max_by(|a, b| height(a, &positions).total_cmp(&height(b, &positions)))
@@ -249,8 +261,11 @@ impl ReadyMade {
         Self {
             carrier: Carrier::new(&positions, &mean.vertices),
             mean: mean.vertices.clone(),
+            garment: garment.to_owned(),
+            gender: gender.to_owned(),
+            material: material.to_owned(),
+            positions,
             topology: Arc::new(topology),
-            file,
             face_parts,
             covers,
             band,
@@ -260,17 +275,17 @@ impl ReadyMade {
 
     /// Name.
     pub fn garment(&self) -> &str {
-        &self.file.garment
+        &self.garment
     }
 
     /// Whose: `female` or `male`.
     pub fn gender(&self) -> &str {
-        &self.file.gender
+        &self.gender
     }
 
     /// Name of its fabric.
     pub fn material(&self) -> &str {
-        &self.file.material
+        &self.material
     }
 
     /// The mesh.
@@ -300,7 +315,7 @@ impl ReadyMade {
 
     /// Mean length of an edge (m).
     pub fn edge_length(&self) -> f64 {
-        let x = self.on_mean();
+        let x = &self.positions;
         let edges = self.topology.edges();
         let sum: f64 =
             edges.iter().map(|edge| x[edge.vertices[0] as usize].distance(x[edge.vertices[1] as usize])).sum();
@@ -308,13 +323,13 @@ impl ReadyMade {
     }
 
     /// The vertices on the mean body (m).
-    pub fn on_mean(&self) -> Vec<Vec3> {
-        self.file.vertices.iter().map(|&x| Vec3::from_array(x)).collect()
+    pub fn on_mean(&self) -> &[Vec3] {
+        &self.positions
     }
 
     /// Made to measure: the mesh (m) as it goes with the surface from the mean body to another.
     pub fn made_for(&self, body: &Mannequin) -> Vec<Vec3> {
-        self.carrier.carry(&self.topology, &self.on_mean(), &self.mean, &body.vertices)
+        self.carrier.carry(&self.topology, &self.positions, &self.mean, &body.vertices)
     }
 
     /// The physics of the garment made for a body: edges as long and folds as sharp as in the mesh.
@@ -323,7 +338,7 @@ impl ReadyMade {
     /// [`DressError`] where a triangle lost its area on the way to this body.
     pub fn model(&self, body: &Mannequin, fabric: &Fabric) -> Result<ClothModel, DressError> {
         let x = self.made_for(body);
-        let mut model = ClothModel::new(Arc::clone(&self.topology), self.rest_faces(body), fabric)?;
+        let mut model = ClothModel::new(Arc::clone(&self.topology), laid_flat(&self.topology, &x), fabric)?;
         let angle = |hinge: &crate::energy::Hinge| {
             let bend = hinge.slope_jump(&x).dot(hinge.normal(&x));
             2.0 * (0.5 * bend).clamp(-1.0, 1.0).asin()
@@ -333,25 +348,17 @@ impl ReadyMade {
         Ok(model)
     }
 
-    /// The triangles laid flat one by one (m): x level, y up along the cloth.
+    /// Rest shape of each face on a body in panel space (m).
     pub fn rest_faces(&self, body: &Mannequin) -> Vec<[Vec2; 3]> {
-        let x = self.made_for(body);
-        let flat = |face: &[u32; 3]| {
-            let [a, b, c] = face.map(|v| x[v as usize]);
-            let normal = (b - a).cross(c - a).normalize_or_zero();
-            let level = Vec3::Y.cross(normal).try_normalize().unwrap_or(Vec3::X);
-            let up = normal.cross(level);
-            [a, b, c].map(|p| Vec2::new((p - a).dot(level), (p - a).dot(up)))
-        };
-        self.topology.faces().iter().map(flat).collect()
+        laid_flat(&self.topology, &self.made_for(body))
     }
 
     /// Texture coordinates of the corners of each face: the front in the left half, the back in the right.
     pub fn uv(&self) -> Vec<[[f32; 2]; 3]> {
-        let x = self.on_mean();
-        let (low, high) = modiste_core::bounds(&x).unwrap_or((Vec3::ZERO, Vec3::ONE));
+        let x = &self.positions;
+        let (low, high) = modiste_core::bounds(x).unwrap_or((Vec3::ZERO, Vec3::ONE));
         let size = (high - low).max(Vec3::splat(1e-6));
-        let normals = face_normals(&self.topology, &x);
+        let normals = face_normals(&self.topology, x);
         let corner = |p: Vec3, is_front: bool| {
             let across = (p.x - low.x) / size.x;
             let u = if is_front { 0.5 * across } else { 1.0 - 0.5 * across };
@@ -360,6 +367,18 @@ impl ReadyMade {
         let faces = self.topology.faces().iter().zip(&normals);
         faces.map(|(face, normal)| face.map(|v| corner(x[v as usize], normal.z >= 0.0))).collect()
     }
+}
+
+/// The triangles of a mesh (m) laid flat one by one (m): x level, y up along the cloth.
+fn laid_flat(topology: &Topology, x: &[Vec3]) -> Vec<[Vec2; 3]> {
+    let flat = |face: &[u32; 3]| {
+        let [a, b, c] = face.map(|v| x[v as usize]);
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        let level = Vec3::Y.cross(normal).try_normalize().unwrap_or(Vec3::X);
+        let up = normal.cross(level);
+        [a, b, c].map(|p| Vec2::new((p - a).dot(level), (p - a).dot(up)))
+    };
+    topology.faces().iter().map(flat).collect()
 }
 
 /// Vertices in one place joined, unused ones and triangles that have become edges left out.
@@ -494,15 +513,15 @@ fn nearest_parts(topology: &Topology, x: &[Vec3], body: &Mannequin) -> Vec<Part>
 }
 
 /// Where an opening goes around both legs, all that lies on the legs hangs from the pelvis and meets either leg.
-fn join_legs(topology: &Topology, x: &[Vec3], body: &Mannequin, parts: &mut [Part]) -> Vec<(u32, Part)> {
+fn join_legs(topology: &Topology, x: &[Vec3], parts: &mut [Part]) -> Vec<(u32, Part)> {
     const LEFT: [Part; 3] = [Part::LeftThigh, Part::LeftShin, Part::LeftFoot];
     const RIGHT: [Part; 3] = [Part::RightThigh, Part::RightShin, Part::RightFoot];
+    const MET: [Part; 4] = [Part::LeftThigh, Part::RightThigh, Part::LeftShin, Part::RightShin];
     let loops = boundary_loops(topology);
     let Some(lowest) = loops.iter().min_by(|a, b| height(a, x).total_cmp(&height(b, x))) else { return Vec::new() };
     let touches = |leg: &[Part; 3]| {
         lowest.iter().any(|&v| topology.vertex_faces(v as usize).iter().any(|&f| leg.contains(&parts[f as usize])))
     };
-    let knee = 0.5 * (body.joint(Part::LeftShin).y + body.joint(Part::LeftFoot).y);
     if !(touches(&LEFT) && touches(&RIGHT)) {
         return Vec::new();
     }
@@ -512,12 +531,7 @@ fn join_legs(topology: &Topology, x: &[Vec3], body: &Mannequin, parts: &mut [Par
             continue;
         }
         parts[face] = Part::Pelvis;
-        for &vertex in corners {
-            covers.extend([Part::LeftThigh, Part::RightThigh].map(|part| (vertex, part)));
-            if x[vertex as usize].y < knee + 0.3 {
-                covers.extend([Part::LeftShin, Part::RightShin].map(|part| (vertex, part)));
-            }
-        }
+        covers.extend(corners.iter().flat_map(|&vertex| MET.map(|part| (vertex, part))));
     }
     covers.sort_unstable_by_key(|&(vertex, part)| (vertex, part.index()));
     covers.dedup();
@@ -587,7 +601,7 @@ mod tests {
             assert!(model.energy(&flatter, Vec3::ZERO) > 1e-4);
         }
         let width = |x: &[Vec3]| x.iter().map(|x| x.x).fold(0.0, f64::max);
-        assert!(width(&skirt.made_for(&dummy(1.15))) > width(&skirt.on_mean()) + 0.01, "wider on a wider body");
+        assert!(width(&skirt.made_for(&dummy(1.15))) > width(skirt.on_mean()) + 0.01, "wider on a wider body");
     }
 
     #[test]
@@ -597,12 +611,16 @@ mod tests {
         let text = skirt.to_json();
         assert!(ReadyMade::is_one(&text));
         let again = ReadyMade::from_json("skirt", &text, &dummy(1.0)).unwrap();
-        assert!(again.on_mean().iter().zip(skirt.on_mean()).all(|(a, b)| a.distance(b) < 1e-12));
+        assert!(again.on_mean().iter().zip(skirt.on_mean()).all(|(a, b)| a.distance(*b) < 1e-12));
         assert_eq!(again.face_parts(), skirt.face_parts());
         assert_eq!((again.band(), again.covers()), (skirt.band(), skirt.covers()));
-        for (from, to) in
-            [("\"ready_made\":1", "\"ready_made\":2"), ("[[", "[[1e999,0,0],["), ("[[0,", "[[9999,"), ("}", "")]
-        {
+        for (from, to) in [
+            ("\"ready_made\":1", "\"ready_made\":2"),
+            ("[[", "[[1e999,0,0],["),
+            ("[[0,", "[[9999,"),
+            ("\"faces\":[[", "\"faces\":[],\"old\":[["),
+            ("}", ""),
+        ] {
             assert!(text.contains(from));
             let error = ReadyMade::from_json("file", &text.replacen(from, to, 1), &dummy(1.0)).unwrap_err();
             assert!(error.to_string().starts_with("file"), "{error}");
@@ -614,7 +632,7 @@ mod tests {
         let (x, faces) = skirt();
         let wanted = made(&x, &faces).unwrap();
         let inward: Vec<[u32; 3]> = faces.iter().map(|&[a, b, c]| [a, c, b]).collect();
-        let volume = |garment: &ReadyMade| modiste_core::volume(garment.topology(), &garment.on_mean());
+        let volume = |garment: &ReadyMade| modiste_core::volume(garment.topology(), garment.on_mean());
         assert!((volume(&made(&x, &inward).unwrap()) - volume(&wanted)).abs() < 1e-9, "turned");
         let mixed: Vec<[u32; 3]> =
             faces.iter().enumerate().map(|(f, &[a, b, c])| if f % 7 == 3 { [a, c, b] } else { [a, b, c] }).collect();

@@ -132,6 +132,14 @@ struct AnchorName {
     count: usize,
 }
 
+/// What the numbers of a pattern may be: seams gathered up to fivefold, a waist band between knee and neck (over stature), a rib
+/// from a quarter of its edge to twice it, its modulus (N), and the anchors along one edge.
+const GATHER: (f64, f64) = (1.0, 5.0);
+const BAND: (f64, f64) = (0.3, 0.85);
+const RIB_SCALE: (f64, f64) = (0.25, 2.0);
+const RIB_MODULUS: (f64, f64) = (0.01, 1e4);
+const ANCHORS: (f64, f64) = (1.0, 1000.0);
+
 impl GradedPattern {
     /// Reads and checks a pattern; `name` stands in the messages.
     ///
@@ -176,16 +184,29 @@ impl GradedPattern {
             stitches.push(Stitch { sides: [edge_id(&a.panel, a.edge)?, edge_id(&b.panel, b.edge)?] });
         }
         let waist_band = extension.waist_band.iter().map(|e| edge_id(&e.panel, e.edge)).collect::<Result<_, _>>()?;
-        let ribs = extension
+        let ribs: Vec<Rib> = extension
             .ribs
             .iter()
             .map(|r| Ok(Rib { edge: edge_id(&r.panel, r.edge)?, scale: r.scale, modulus: r.modulus }))
             .collect::<Result<_, PatternError>>()?;
-        let anchors = extension
+        let anchors: Vec<Anchors> = extension
             .anchors
             .iter()
             .map(|a| Ok(Anchors { edge: edge_id(&a.panel, a.edge)?, count: a.count }))
             .collect::<Result<_, PatternError>>()?;
+        let within = |of: &str, value: f64, (low, high): (f64, f64)| {
+            let wrong = || field(&format!("modiste.{of}"), &format!("{low} to {high}"), &value.to_string());
+            if (low..=high).contains(&value) { Ok(()) } else { Err(wrong()) }
+        };
+        within("gather", extension.gather, GATHER)?;
+        within("band", extension.band, BAND)?;
+        for rib in &ribs {
+            within("ribs.scale", rib.scale, RIB_SCALE)?;
+            within("ribs.modulus", rib.modulus, RIB_MODULUS)?;
+        }
+        for row in &anchors {
+            within("anchors.count", row.count as f64, ANCHORS)?;
+        }
         let pattern = Self {
             garment: extension.garment,
             gender: extension.gender,
@@ -436,5 +457,24 @@ mod tests {
         let unsewable = text.replacen("\"panel\": \"left_back\"", "\"panel\": \"left_wing\"", 1);
         let message = GradedPattern::from_json("x", &unsewable).unwrap_err().to_string();
         assert!(message.contains("left_wing"), "{message}");
+    }
+
+    #[test]
+    fn numbers_that_no_garment_has_are_refused() {
+        let shirt = crate::pattern::draft_tshirt(Gender::Female);
+        type Change = fn(&mut GradedPattern);
+        let changes: [(&str, Change); 5] = [
+            ("modiste.gather", |pattern| pattern.gather = 0.5),
+            ("modiste.band", |pattern| pattern.band = 1.2),
+            ("modiste.ribs.scale", |pattern| pattern.ribs[0].scale = -1.0),
+            ("modiste.ribs.modulus", |pattern| pattern.ribs[0].modulus = 0.0),
+            ("modiste.anchors.count", |pattern| pattern.anchors[0].count = 0),
+        ];
+        for (field, change) in changes {
+            let mut pattern = shirt.clone();
+            change(&mut pattern);
+            let message = GradedPattern::from_json("x", &pattern.to_json()).unwrap_err().to_string();
+            assert!(message.contains(field), "{field}: {message}");
+        }
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
-use modiste_body::{Gender, ScapeModel};
+use modiste_body::ScapeModel;
 use modiste_garment::{DrapeModel, TrainOptions, TrainingSet};
 use serde::Serialize;
 
@@ -12,24 +12,14 @@ use super::garment_evaluate::{EvaluatedGarment, evaluate};
 use super::garment_simulate::{GarmentSimulate, SimulatedGarment};
 use super::garment_train::{LICENCE, provenance_command};
 use crate::event::Reporter;
-use crate::{Assets, DesignChoice, JobError, Sources};
+use crate::{Assets, JobError};
 
 /// Makes the training set of a garment, learns it, measures it and writes the model with its figures inside. What an
 /// interrupted run simulated is kept.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct GarmentLearn {
-    /// Whose garment.
-    pub gender: Gender,
-    /// The garment.
-    pub design: DesignChoice,
-    /// Number of bodies that it is draped over.
-    pub bodies: usize,
-    /// Seed of their shapes.
-    pub seed: u64,
-    /// Where captured motions are.
-    pub sources: Sources,
-    /// The folder for the training set.
-    pub training: PathBuf,
+    /// What it is learned from.
+    pub training: GarmentSimulate,
     /// Number of bodies beside the mean one that it is measured on.
     pub trial_bodies: usize,
     /// The model file.
@@ -50,25 +40,18 @@ pub struct LearnedGarment {
 impl GarmentLearn {
     pub(crate) fn run(&self, reporter: &Reporter<'_>) -> Result<LearnedGarment, JobError> {
         modiste_io::check_writable(&self.out)?;
-        modiste_io::check_writable(self.training.join("manifest.json"))?;
+        modiste_io::check_writable(self.training.out.join("manifest.json"))?;
         let started = Instant::now();
-        let simulated = GarmentSimulate {
-            gender: self.gender,
-            design: self.design.clone(),
-            bodies: self.bodies,
-            seed: self.seed,
-            sources: self.sources.clone(),
-            out: self.training.clone(),
-        }
-        .run(reporter)?;
-        let set = TrainingSet::load(&self.training)?;
+        let simulated = self.training.run(reporter)?;
+        let set = TrainingSet::load(&self.training.out)?;
         let (mut model, _) = DrapeModel::train(&set, &TrainOptions::default(), reporter)?;
         let training_seconds = started.elapsed().as_secs_f64();
         LICENCE.clone_into(&mut model.provenance.licence);
         model.provenance.command = provenance_command(&set);
-        let body_model = ScapeModel::load(Assets::find()?.body(self.gender))?;
+        let body_model = ScapeModel::load(Assets::find()?.body(self.training.gender))?;
         let shared = Arc::new(model);
-        let mut evaluation = evaluate(&shared, &body_model, Some(&set), (self.trial_bodies, &self.sources), reporter)?;
+        let mut evaluation =
+            evaluate(&shared, &body_model, Some(&set), (self.trial_bodies, &self.training.sources), reporter)?;
         evaluation.training_seconds = training_seconds;
         let mut model = Arc::unwrap_or_clone(shared);
         model.evaluation = Some(evaluation.clone());
