@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use modiste_core::{Topology, Vec3};
 
+use super::band::Band;
 use super::exact::{ExactOptions, ExactPush, ExactReport};
 use super::obstacle::Obstacle;
 use super::paper::{CombinedVertices, Correspondence, PaperMemory, PaperOptions, push_out};
@@ -50,6 +51,7 @@ pub struct Fit {
     correspondences: Vec<Option<Correspondence>>,
     memory: PaperMemory,
     exact: Option<ExactPush>,
+    band: Band,
     /// The garment as it was handed in (m).
     predicted: Vec<Vec3>,
 }
@@ -64,6 +66,7 @@ impl Fit {
             correspondences: Vec::new(),
             memory: PaperMemory::default(),
             exact: options.exact.map(|exact| ExactPush::new(topology, exact)),
+            band: Band::new(topology, waist_band),
             predicted: Vec::new(),
             options,
         }
@@ -84,6 +87,9 @@ impl Fit {
             push_out(&mut self.solver, paper, &self.correspondences, &self.waist_band, garment, &mut self.memory);
         }
         let Some(exact) = &mut self.exact else { return ExactReport::default() };
+        if let Some(body) = below.first() {
+            self.band.draw_in(body.obstacle, garment);
+        }
         let obstacles: Vec<&Obstacle> = below.iter().map(|surface| surface.obstacle).collect();
         exact.run(&mut self.solver, &obstacles, &self.predicted, garment)
     }

@@ -1,6 +1,7 @@
 //! From the predicted garment to one that is worn: outside the body, over other garments (DRAPE §5; Guan 2013, ch. 5 §4).
 
 pub mod anchors;
+mod band;
 mod contacts;
 mod exact;
 mod exposure;
