@@ -59,6 +59,8 @@ pub struct LayerReport {
 pub struct FrameReport {
     /// Time to take in the posed body and to make all garments, side by side (s).
     pub prepare_seconds: f64,
+    /// Time to find how the garments lie to the body (s).
+    pub approach_seconds: f64,
     /// One report for each garment, from the inside out.
     pub layers: Vec<LayerReport>,
 }
@@ -66,7 +68,7 @@ pub struct FrameReport {
 impl FrameReport {
     /// Time of the whole frame (s).
     pub fn seconds(&self) -> f64 {
-        self.prepare_seconds + self.layers.iter().map(|layer| layer.fit_seconds).sum::<f64>()
+        self.prepare_seconds + self.approach_seconds + self.layers.iter().map(|layer| layer.fit_seconds).sum::<f64>()
     }
 }
 
@@ -202,6 +204,9 @@ impl Outfit {
         };
         rayon::join(|| surface.update(body), make);
         report.prepare_seconds = started.elapsed().as_secs_f64();
+        let started = Instant::now();
+        layers.par_iter_mut().for_each(|Layer { fit, vertices, .. }| fit.approach(surface, vertices));
+        report.approach_seconds = started.elapsed().as_secs_f64();
         for (index, report) in report.layers.iter_mut().enumerate() {
             let (inner, rest) = layers.split_at_mut(index);
             let Layer { fit, vertices, surface: own_surface, body_members, covered_faces, .. } = &mut rest[0];

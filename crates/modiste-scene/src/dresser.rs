@@ -39,7 +39,7 @@ impl Dresser {
     pub fn step(&mut self, pose: &Pose) -> &FrameReport {
         let ((), posing) = timed(|| self.body.pose(pose, &mut self.vertices));
         let report = self.outfit.step(pose, &self.vertices);
-        let fit: f64 = report.layers.iter().map(|layer| layer.fit_seconds).sum();
+        let fit = report.seconds() - report.prepare_seconds;
         self.times = [posing, Duration::from_secs_f64(report.prepare_seconds), Duration::from_secs_f64(fit)];
         report
     }

@@ -140,7 +140,7 @@ impl Person {
 
 /// What a frame took, by stage.
 fn times(posing: Duration, report: &FrameReport) -> [Duration; Stage::COUNT] {
-    let fit: f64 = report.layers.iter().map(|layer| layer.fit_seconds).sum();
+    let fit = report.seconds() - report.prepare_seconds;
     [posing, Duration::from_secs_f64(report.prepare_seconds), Duration::from_secs_f64(fit)]
 }
 

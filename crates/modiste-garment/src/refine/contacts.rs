@@ -7,6 +7,9 @@ use super::obstacle::{Contact, NO_HINT};
 
 /// Most surfaces below a garment, the body and the garments under it; those beyond are left out.
 pub(crate) const MOST: usize = 4;
+/// Garments below are looked for so near (m) to the height to which they raise the body.
+const NEAR_GARMENTS: f64 = 0.008;
+
 /// Between opposite contacts whose normals have a product below this, a vertex has two walls to stay away from.
 const OPPOSITE: f64 = -0.3;
 /// Longest step of a single vertex between two walls in one final round (m).
@@ -89,8 +92,7 @@ impl Site {
     pub(crate) fn look(&mut self, grounds: &[Ground<'_>], at: Vec3, reach: f64) {
         self.contacts = Contacts::EMPTY;
         for (index, (ground, hint)) in grounds.iter().zip(&mut self.hints).enumerate() {
-            // Garments lie only where they raise the ground.
-            if index > 0 && grounds[0].cover.is_some() && self.contacts.of(0).is_some_and(|body| body.raised <= 0.0) {
+            if index > 0 && !may_touch_garments(&self.contacts, grounds) {
                 continue;
             }
             let reach = if ground.obstacle.crosses_itself() { f64::INFINITY } else { reach };
@@ -100,6 +102,19 @@ impl Site {
         }
         self.slack = self.contacts.least().min(reach);
         (self.stale, self.fresh, self.settled) = (false, true, false);
+    }
+
+    /// Raises the body in the contact that was found with it alone.
+    pub(crate) fn raise(&mut self, body: &Ground<'_>) {
+        if let Some(contact) = self.contacts.items[..self.contacts.count].first_mut() {
+            body.raise(contact);
+            self.slack = self.slack.min(contact.distance);
+        }
+    }
+
+    /// Whether garments below may be near, by the contact with the body: they lie only where they raise it.
+    pub(crate) fn may_touch_garments(&self, grounds: &[Ground<'_>]) -> bool {
+        may_touch_garments(&self.contacts, grounds)
     }
 
     /// Looks for the way out of the parts that pass through each other around the vertex, if they do.
@@ -151,6 +166,11 @@ impl Site {
         }
         self.settled = true;
     }
+}
+
+fn may_touch_garments(contacts: &Contacts, grounds: &[Ground<'_>]) -> bool {
+    let is_near = |body: &Contact| body.raised > 0.0 && body.distance.abs() < NEAR_GARMENTS;
+    grounds[0].cover.is_none() || contacts.of(0).is_none_or(is_near)
 }
 
 /// The distance that a vertex is to keep from a contact (m): less than the clearance between two walls that are close.

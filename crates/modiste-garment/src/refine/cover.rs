@@ -103,13 +103,18 @@ impl Ground<'_> {
     /// The contact of a point with it; see [`Obstacle::touch`].
     pub(crate) fn touch(&self, point: Vec3, reach: f64, hint: &mut u32) -> Option<Contact> {
         let mut contact = self.obstacle.touch(point, reach, hint)?;
+        self.raise(&mut contact);
+        Some(contact)
+    }
+
+    /// Raises the surface in a contact that was found without the garments on it.
+    pub(crate) fn raise(&self, contact: &mut Contact) {
         if let Some(cover) = self.cover {
             let corners = self.obstacle.topology().faces()[contact.face as usize];
             let heights = corners.iter().zip(contact.barycentric);
             contact.raised = heights.map(|(&vertex, share)| share * cover.height(vertex)).sum();
             contact.distance -= contact.raised;
         }
-        Some(contact)
     }
 
     /// A vertex of it (m).

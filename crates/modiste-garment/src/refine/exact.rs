@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::band::Band;
 use super::contacts::{MOST, Site, wanted_distance};
 use super::cover::Ground;
-use super::obstacle::Contact;
+use super::obstacle::{Contact, Obstacle};
 use super::paper::PaperOptions;
 use super::shows::{Lift, SHOW_CLEARANCE, find_lifts};
 use super::tears::Tears;
@@ -46,7 +46,7 @@ impl Default for ExactOptions {
             trigger: 0.0015,
             least: 0.0003,
             reach: 0.06,
-            rounds: 4,
+            rounds: 3,
             final_rounds: 3,
             mending_rounds: 6,
             stiffness: Stiffness { smooth: 1.0, damping: 0.05 },
@@ -105,8 +105,18 @@ impl ExactPush {
         }
     }
 
-    /// Moves the vertices (m) out; `predicted` is the garment as it was before any fit. `paper` and `band` come first, where
-    /// they are given.
+    /// Finds how the garment (m) lies to the body, apart from other garments.
+    pub(crate) fn approach(&mut self, body: &Obstacle, garment: &[Vec3]) {
+        for site in &mut self.sites {
+            (site.exit, site.stale) = (None, true);
+        }
+        let grounds = [Ground { obstacle: body, cover: None }];
+        self.look(&grounds, garment);
+        self.find_exits(&grounds, garment);
+    }
+
+    /// Moves the vertices (m) out, after [`Self::approach`]; `predicted` is the garment as it was before any fit. `paper` and
+    /// `band` come first, where they are given.
     pub(crate) fn run(
         &mut self,
         solver: &mut Warp,
@@ -116,11 +126,7 @@ impl ExactPush {
         garment: &mut [Vec3],
     ) -> ExactReport {
         let grounds = &grounds[..grounds.len().min(MOST)];
-        for site in &mut self.sites {
-            (site.exit, site.stale) = (None, true);
-        }
-        self.look(grounds, garment);
-        self.find_exits(grounds, garment);
+        self.raise(grounds);
         let mut report = ExactReport::default();
         (report.inside_before, report.depth_before) = self.inside();
         if let Some(paper) = paper {
@@ -130,6 +136,10 @@ impl ExactPush {
             for vertex in band.draw_in(body.obstacle, garment) {
                 self.sites[vertex as usize].stale = true;
             }
+        }
+        if grounds.len() > 1 {
+            let near = self.sites.iter_mut().filter(|site| site.exit.is_none() && site.may_touch_garments(grounds));
+            near.for_each(|site| site.stale = true);
         }
         self.look(grounds, garment);
         while report.rounds < self.options.rounds {
@@ -145,7 +155,8 @@ impl ExactPush {
         }
         self.settle(grounds, garment);
         for _ in 0..self.options.mending_rounds {
-            if !self.tears.mend(&self.topology, predicted, garment) {
+            if !self.tears.mend(&self.topology, |vertex| self.sites[vertex as usize].exit.is_some(), predicted, garment)
+            {
                 break;
             }
             self.tears.region().iter().for_each(|&vertex| self.sites[vertex as usize].stale = true);
@@ -156,6 +167,13 @@ impl ExactPush {
         (report.inside_after, report.depth_after) = self.inside();
         report.pinched = self.sites.iter().filter(|site| site.exit.is_some()).count();
         report
+    }
+
+    /// Lets the garments below raise the body in the contacts that are known.
+    fn raise(&mut self, grounds: &[Ground<'_>]) {
+        if grounds[0].cover.is_some() {
+            self.sites.par_iter_mut().with_min_len(VERTICES_AT_ONCE).for_each(|site| site.raise(&grounds[0]));
+        }
     }
 
     /// How the garment, where it was left, lies to the body.
@@ -197,7 +215,7 @@ impl ExactPush {
             if self.pushes.is_empty() && self.pulls.is_empty() {
                 return;
             }
-            solver.solve(stiffness, &self.pushes, &self.pulls, paper.warp, &mut self.warp);
+            solver.solve(stiffness, &self.pushes, &self.pulls, self.options.warp, &mut self.warp);
             self.advance(solver.region(), garment);
         }
     }

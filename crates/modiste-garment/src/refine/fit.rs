@@ -75,8 +75,18 @@ impl Fit {
         }
     }
 
-    /// Moves the vertices of the garment (m, world) out of all surfaces below it, the body first; `cover` says how thick
-    /// other garments lie on the body. Without a body nothing is done.
+    /// Finds how the garment as it was predicted (m, world) lies to the body. Garments can do so side by side, before one is
+    /// fitted after the other.
+    pub(crate) fn approach(&mut self, body: &Obstacle, garment: &[Vec3]) {
+        self.predicted.clear();
+        self.predicted.extend_from_slice(garment);
+        if let Some(exact) = &mut self.exact {
+            exact.approach(body, garment);
+        }
+    }
+
+    /// Moves the vertices of the garment (m, world) out of all surfaces below it, the body first, after [`Self::approach`];
+    /// `cover` says how thick other garments lie on the body. Without a body nothing is done.
     ///
     /// # Panics
     /// If there is not one vertex for each of the garment's topology.
@@ -84,8 +94,6 @@ impl Fit {
         if below.is_empty() {
             return ExactReport::default();
         }
-        self.predicted.clear();
-        self.predicted.extend_from_slice(garment);
         match (&mut self.exact, &self.options.paper) {
             (Some(exact), paper) => {
                 let mut grounds: [_; MOST] = std::array::from_fn(|index| {
@@ -121,11 +129,17 @@ impl Fit {
 
 #[cfg(test)]
 mod tests {
-    use super::{Below, Cover, Fit, FitOptions};
+    use super::{Below, Cover, ExactReport, Fit, FitOptions};
     use crate::refine::obstacle::Obstacle;
     use crate::refine::penetration::measure;
     use modiste_core::shapes::icosphere;
     use modiste_core::{Mesh, Quat, Vec3};
+
+    /// Fits a garment to what is below it, all at once.
+    fn put_on(mut fit: Fit, below: &[Below<'_>], garment: &mut [Vec3]) -> ExactReport {
+        fit.approach(below[0].obstacle, garment);
+        fit.fit(below, &Cover::default(), garment)
+    }
 
     /// A sphere of 0.2 m for a body, and the members of its vertex set.
     fn body() -> (Mesh, Obstacle, Vec<u32>) {
@@ -156,8 +170,7 @@ mod tests {
         let below = [Below { obstacle: &obstacle, members: &members }];
         let before = measure(&sphere.topology, &sphere.vertices, &garment.vertices);
         assert!(before.count > 50 && before.worst_depth > 0.015, "{before:?}");
-        let report =
-            Fit::new(&garment.topology, &[], FitOptions::default()).fit(&below, &Cover::default(), &mut fitted);
+        let report = put_on(Fit::new(&garment.topology, &[], FitOptions::default()), &below, &mut fitted);
         let after = measure(&sphere.topology, &sphere.vertices, &fitted);
         assert_eq!((after.count, report.inside_after), (0, 0));
         let still = garment.vertices.iter().zip(&fitted).filter(|(before, _)| before.x < 0.0);
@@ -177,7 +190,7 @@ mod tests {
         let garment = cloth(0.205, 0.02);
         let mut fitted = garment.vertices.clone();
         let below = [Below { obstacle: &obstacle, members: &members }];
-        Fit::new(&garment.topology, &[], FitOptions::paper_only()).fit(&below, &Cover::default(), &mut fitted);
+        put_on(Fit::new(&garment.topology, &[], FitOptions::paper_only()), &below, &mut fitted);
         let before = measure(&sphere.topology, &sphere.vertices, &garment.vertices);
         let after = measure(&sphere.topology, &sphere.vertices, &fitted);
         assert!(after.worst_depth < 0.2 * before.worst_depth, "{before:?} {after:?}");
@@ -192,7 +205,7 @@ mod tests {
         let moved = |x: &[Vec3]| -> Vec<Vec3> { x.iter().map(|v| turn * *v + shift).collect() };
         let run = |obstacle: &Obstacle, mut vertices: Vec<Vec3>| {
             let below = [Below { obstacle, members: &members }];
-            Fit::new(&garment.topology, &[], FitOptions::default()).fit(&below, &Cover::default(), &mut vertices);
+            put_on(Fit::new(&garment.topology, &[], FitOptions::default()), &below, &mut vertices);
             vertices
         };
         let plain = run(&obstacle, garment.vertices.clone());
@@ -216,7 +229,7 @@ mod tests {
             Below { obstacle: &inner_surface, members: &inner_members },
         ];
         assert!(measure(&inner.topology, &inner.vertices, &outer.vertices).count > 20);
-        Fit::new(&outer.topology, &[], FitOptions::default()).fit(&below, &Cover::default(), &mut fitted);
+        put_on(Fit::new(&outer.topology, &[], FitOptions::default()), &below, &mut fitted);
         assert_eq!(measure(&inner.topology, &inner.vertices, &fitted).count, 0);
         assert_eq!(measure(&sphere.topology, &sphere.vertices, &fitted).count, 0);
     }
@@ -246,7 +259,7 @@ mod tests {
         // The layer over it is coarser, and close to the body.
         let outer = ball(4, 1.003);
         let mut fitted = outer.vertices.clone();
-        Fit::new(&outer.topology, &[], FitOptions::default()).fit(&below, &Cover::default(), &mut fitted);
+        put_on(Fit::new(&outer.topology, &[], FitOptions::default()), &below, &mut fitted);
         let places: Vec<_> = low.iter().map(|&v| ball_of_cloth.vertices[v as usize]).collect();
         let covered = measure(&outer.topology, &fitted, &places).count;
         assert_eq!(covered, low.len(), "all of the inner layer is under the outer one");
@@ -260,7 +273,7 @@ mod tests {
             (0u32..).zip(&garment.vertices).filter(|(_, v)| v.y.abs() < 0.02).map(|(vertex, _)| vertex).collect();
         let below = [Below { obstacle: &obstacle, members: &members }];
         let mut fitted = garment.vertices.clone();
-        Fit::new(&garment.topology, &band, FitOptions::default()).fit(&below, &Cover::default(), &mut fitted);
+        put_on(Fit::new(&garment.topology, &band, FitOptions::default()), &below, &mut fitted);
         let mean = |x: &[Vec3]| band.iter().map(|&v| x[v as usize].length() - 0.2).sum::<f64>() / band.len() as f64;
         assert!(mean(&fitted) < 0.6 * mean(&garment.vertices), "{} {}", mean(&fitted), mean(&garment.vertices));
     }

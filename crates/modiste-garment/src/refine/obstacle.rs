@@ -213,7 +213,11 @@ impl Obstacle {
     /// [`Self::contact`], but of a point between parts that pass through each other only that it is, and the buried surface
     /// nearest to it: the outside is a long way to look for.
     pub(crate) fn touch(&self, point: Vec3, reach: f64, hint: &mut u32) -> Option<Contact> {
-        let Some(exposure) = &self.exposure else { return self.contact(point, reach, hint) };
+        let Some(exposure) = &self.exposure else {
+            // From the end of a walk the tree has hardly anything left to search.
+            *hint = self.walked(point, *hint).map_or(NONE, |at| at.face);
+            return self.contact(point, reach, hint);
+        };
         let likely = match self.walked(point, *hint) {
             Some(at) if at.distance <= reach && exposure.is_certain(self, point, &at) => {
                 *hint = at.face;
