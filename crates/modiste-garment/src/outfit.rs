@@ -122,7 +122,11 @@ impl Outfit {
     /// # Errors
     /// As [`Self::new`].
     pub fn on(wearer: &Wearer<'_>, garments: &[Arc<DrapeModel>], options: &FitOptions) -> Result<Self, GarmentError> {
-        let body = Obstacle::body(wearer.topology.clone(), wearer.face_parts, wearer.template_vertices);
+        let worn: Vec<Part> = Part::ALL
+            .into_iter()
+            .filter(|&part| garments.iter().any(|model| covers(&model.garment().face_parts, part)))
+            .collect();
+        let body = Obstacle::body(wearer.topology.clone(), wearer.face_parts, &worn, wearer.template_vertices);
         let mut body_members: Vec<u32> = (0..wearer.topology.vertex_count() as u32).collect();
         let mut layers: Vec<Layer> = Vec::with_capacity(garments.len());
         for (index, model) in garments.iter().enumerate() {

@@ -28,8 +28,6 @@ const CLEARLY: f64 = 0.003;
 #[derive(Debug, Clone)]
 pub(crate) struct Exposure {
     parts: Vec<Part>,
-    /// Whether a vertex is of a part that garments lie on.
-    is_covered: Vec<bool>,
     /// The vertices of the faces of each part. Those between two parts belong to both, so that nothing inside the body is
     /// outside all hulls.
     vertices_of: Vec<Vec<u32>>,
@@ -123,7 +121,8 @@ fn is_covered(part: Part) -> bool {
 }
 
 impl Exposure {
-    pub(crate) fn new(topology: &Topology, face_parts: &[Part]) -> Self {
+    /// For a surface and its vertices (m) in any pose. Cloth on the parts that are `worn` is told about quickly.
+    pub(crate) fn new(topology: &Topology, face_parts: &[Part], worn: &[Part], vertices: &[Vec3]) -> Self {
         let mut parts = vec![Part::Pelvis; topology.vertex_count()];
         let mut vertices_of = vec![Vec::new(); Part::COUNT];
         for (face, &part) in topology.faces().iter().zip(face_parts) {
@@ -135,13 +134,12 @@ impl Exposure {
             vertices.dedup();
         }
         Self {
-            is_covered: parts.iter().map(|&part| is_covered(part)).collect(),
             vertices_of,
             hulls: vec![Hull::EMPTY; Part::COUNT],
             vertices: Lazy::new(parts.len()),
             middles: Lazy::new(topology.face_count()),
             open: Lazy::new(topology.face_count()),
-            crowding: Crowding::default(),
+            crowding: Crowding::new(topology, vertices, |face| worn.contains(&face_parts[face])),
             parts,
         }
     }
@@ -153,7 +151,7 @@ impl Exposure {
         self.vertices.forget();
         self.middles.forget();
         self.open.forget();
-        self.crowding.update(surface.vertices(), surface.vertex_normals(), &self.is_covered);
+        self.crowding.update(surface);
     }
 
     /// Whether a point is in or next to the hull of another part than the one given.
@@ -167,7 +165,9 @@ impl Exposure {
     pub(crate) fn is_vertex_exposed(&self, surface: &Obstacle, vertex: u32) -> bool {
         self.vertices.is_exposed(vertex as usize, || {
             let above = just_above(surface, vertex);
-            !self.is_near_another(self.parts[vertex as usize], above, HULL_MARGIN) || !surface.is_inside(above)
+            let is_free = !is_covered(self.parts[vertex as usize]) || self.crowding.room_of_vertex(vertex) >= FREE;
+            (is_free && !self.is_near_another(self.parts[vertex as usize], above, HULL_MARGIN))
+                || !surface.is_inside(above)
         })
     }
 
@@ -187,15 +187,9 @@ impl Exposure {
         !matches!(self.exposed_corners(surface, face), 0 | 3)
     }
 
-    /// Less than the distance (m) from the corners of a face to surface that faces them.
-    fn room(&self, surface: &Obstacle, face: u32) -> f64 {
-        let corners = surface.topology().faces()[face as usize];
-        corners.iter().map(|&vertex| self.crowding.room(vertex)).fold(FREE, f64::min)
-    }
-
-    /// Whether no other surface can pass through a face between its corners.
-    pub(crate) fn has_room(&self, surface: &Obstacle, face: u32) -> bool {
-        self.room(surface, face) > CLEARLY
+    /// Whether no other surface comes so near to a face that it may pass through it.
+    pub(crate) fn has_room(&self, face: u32) -> bool {
+        self.crowding.room(face) > CLEARLY
     }
 
     /// Whether the point of the surface that is nearest among those around it is so among all, and exposed.
@@ -205,14 +199,14 @@ impl Exposure {
         if self.exposed_corners(surface, at.face) != 3 {
             return false;
         }
-        if self.room(surface, at.face) > 2.0 * at.distance + CLEARLY {
+        if self.crowding.room(at.face) > 2.0 * at.distance + CLEARLY {
             return true;
         }
         let is_inside = (point - at.point).dot(surface.face_normal(at.face)) < 0.0;
         let part = self.parts[surface.topology().faces()[at.face as usize][0] as usize];
         !is_inside
             && is_covered(part)
-            && self.room(surface, at.face) >= FREE
+            && self.crowding.room(at.face) >= FREE
             && self.crowding.is_alone(point, at.point, NEIGHBOURHOOD, at.distance + CLEARLY)
             && !self.is_near_another(part, point, HULL_MARGIN)
     }

@@ -89,9 +89,9 @@ pub(crate) enum Feature {
 }
 
 impl Obstacle {
-    /// A closed body whose parts may pass through each other.
-    pub fn body(topology: Arc<Topology>, face_parts: &[Part], vertices: &[Vec3]) -> Self {
-        let exposure = Exposure::new(&topology, face_parts);
+    /// A closed body whose parts may pass through each other, for garments worn on some of them.
+    pub fn body(topology: Arc<Topology>, face_parts: &[Part], worn: &[Part], vertices: &[Vec3]) -> Self {
+        let exposure = Exposure::new(&topology, face_parts, worn, vertices);
         let mut obstacle = Self::single(topology, vertices);
         obstacle.exposure = Some(exposure);
         obstacle.update(vertices);
@@ -199,7 +199,7 @@ impl Obstacle {
         *hint = at.face;
         let is_buried = refused < at.distance;
         if !is_buried && !exposure.is_mixed(self, at.face) {
-            let certain = exposure.has_room(self, at.face);
+            let certain = exposure.has_room(at.face);
             return self.contact_at(point, &at).map(|contact| Contact { certain, ..contact });
         }
         // Next to a buried surface all is inside; along its rim the winding number tells.
@@ -229,7 +229,7 @@ impl Obstacle {
         *hint = at.face;
         match exposure.exposed_corners(self, at.face) {
             3 => {
-                let certain = exposure.has_room(self, at.face);
+                let certain = exposure.has_room(at.face);
                 self.contact_at(point, &at).map(|contact| Contact { certain, ..contact })
             }
             // Where the nearest of all points is buried, so is what lies between.
@@ -424,7 +424,7 @@ pub(crate) mod tests {
         let both = faces.iter().copied().chain(faces.iter().map(|face| face.map(|vertex| vertex + count))).collect();
         let mut parts = vec![Part::Chest; faces.len()];
         parts.resize(2 * faces.len(), Part::LeftThigh);
-        Obstacle::body(Arc::new(Topology::new(vertices.len(), both).unwrap()), &parts, &vertices)
+        Obstacle::body(Arc::new(Topology::new(vertices.len(), both).unwrap()), &parts, &parts, &vertices)
     }
 
     /// Signed distance from the union of the two spheres: outside the nearer, inside the nearest point of the union's
