@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiste::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, DesignChoice, Dress, GarmentEvaluate,
+    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Check, DesignChoice, Dress, GarmentEvaluate,
     GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, Quantity, Sources,
 };
 
@@ -24,6 +24,10 @@ enum Command {
         after_help = "Example:\n  modiste dress --gender male --height 1.82 --weight 88 --motion kick_10_01.bvh.gz --out kick"
     )]
     Dress(DressArguments),
+    /// Check a dressed result: vertices inside the body, triangles that cross and how deep. Exit status 1 where the guarantee
+    /// does not hold.
+    #[command(after_help = "Example:\n  modiste check out/dress/dressed.npz --json")]
+    Check(CheckArguments),
     /// Make, measure and learn bodies.
     #[command(subcommand)]
     Body(BodyCommand),
@@ -94,6 +98,15 @@ struct DressArguments {
     /// Folder for the results.
     #[arg(long, value_name = "FOLDER", default_value = "out/dress")]
     out: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct CheckArguments {
+    /// The npz file: `body` (F, V, 3), `body_faces`, and the same for each garment, the innermost first.
+    file: PathBuf,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
@@ -332,6 +345,7 @@ impl Arguments {
     pub(crate) fn job(&self) -> Result<Job> {
         Ok(match &self.command {
             Command::Dress(arguments) => Job::Dress(arguments.job()),
+            Command::Check(arguments) => Job::Check(Check { file: arguments.file.clone() }),
             Command::Body(BodyCommand::Make(arguments)) => Job::BodyMake(arguments.job()?),
             Command::Body(BodyCommand::Measure(arguments)) => {
                 Job::BodyMeasure(BodyMeasure { file: arguments.file.clone() })
@@ -356,6 +370,7 @@ impl Arguments {
     pub(crate) fn json(&self) -> bool {
         match &self.command {
             Command::Dress(arguments) => arguments.json,
+            Command::Check(arguments) => arguments.json,
             Command::Body(BodyCommand::Make(arguments)) => arguments.json,
             Command::Body(BodyCommand::Measure(arguments)) => arguments.json,
             Command::Body(BodyCommand::Population(arguments)) => arguments.json,

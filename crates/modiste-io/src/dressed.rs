@@ -2,8 +2,13 @@
 
 use std::path::Path;
 
-use crate::npz::ArchiveWriter;
+use crate::npz::{self, ArchiveWriter};
 use crate::{IoError, write_atomically};
+
+/// Name of the body among the meshes.
+pub const BODY: &str = "body";
+/// How the names of arrays of faces end.
+const FACES: &str = "_faces";
 
 /// A mesh in motion.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +50,72 @@ pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[MovingMesh<'_>]) -> Res
     })
 }
 
+/// What a dressed result holds, without its frames.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contents {
+    /// Frames per second.
+    pub fps: f64,
+    /// Number of frames.
+    pub frame_count: usize,
+    /// The meshes in the order of the file.
+    pub meshes: Vec<Surface>,
+}
+
+/// A mesh of a dressed result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// Name of its array.
+    pub name: String,
+    /// Number of vertices.
+    pub vertex_count: usize,
+    /// Triangles.
+    pub faces: Vec<[u32; 3]>,
+}
+
+/// Reads what a result holds; every array (F, V, 3) with `<name>_faces` beside it is a mesh.
+///
+/// # Errors
+/// [`IoError`] naming the array that is missing or of another shape.
+pub fn read_contents(path: impl AsRef<Path>) -> Result<Contents, IoError> {
+    let file = path.as_ref().display().to_string();
+    let reader = npz::Reader::open(path)?;
+    let names = reader.names_in_order().iter().filter(|name| reader.contains(&format!("{name}{FACES}")));
+    let mut contents = Contents { fps: reader.scalar("fps")?, frame_count: 0, meshes: Vec::new() };
+    if !(contents.fps.is_finite() && contents.fps > 0.0) {
+        return Err(IoError::field(&file, "array \"fps\"", "a number above 0", contents.fps));
+    }
+    for name in names {
+        let shape = reader.shape(name)?;
+        let frames = (!contents.meshes.is_empty()).then_some(contents.frame_count);
+        reader.check_shape(name, &shape, &[frames, None, Some(3)])?;
+        let faces = reader.triangles(&format!("{name}{FACES}"))?;
+        contents.frame_count = shape[0];
+        contents.meshes.push(Surface { name: name.clone(), vertex_count: shape[1], faces });
+    }
+    if !contents.meshes.iter().any(|mesh| mesh.name == BODY) {
+        let found = contents.meshes.iter().map(|mesh| mesh.name.as_str()).collect::<Vec<_>>().join(", ");
+        let found = if found.is_empty() { "no meshes".to_owned() } else { format!("only {found}") };
+        return Err(IoError::field(&file, "the meshes", "one called \"body\"", found));
+    }
+    Ok(contents)
+}
+
+/// Calls `visit` with frame after frame: the vertices (m) of every mesh of `contents`, in their order. One frame is held.
+///
+/// # Errors
+/// [`IoError`] when an array is truncated or not finite; else that of `visit`, which ends the reading.
+pub fn for_each_frame<E: From<IoError>>(
+    path: impl AsRef<Path>,
+    contents: &Contents,
+    mut visit: impl FnMut(usize, &[&[[f32; 3]]]) -> Result<(), E>,
+) -> Result<(), E> {
+    let names: Vec<&str> = contents.meshes.iter().map(|mesh| mesh.name.as_str()).collect();
+    npz::for_each_row(path, &names, |frame, rows| {
+        let meshes: Vec<&[[f32; 3]]> = rows.iter().map(|row| row.as_chunks().0).collect();
+        visit(frame, &meshes)
+    })
+}
+
 fn check(mesh: &MovingMesh<'_>, frame_count: usize, file: &str) -> Result<(), IoError> {
     let wrong =
         |wanted: String, found: String| Err(IoError::field(file, format!("mesh \"{}\"", mesh.name), wanted, found));
@@ -72,6 +143,34 @@ mod tests {
     use crate::npz::Reader;
 
     #[test]
+    fn results_that_cannot_be_read_say_why() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bad.npz");
+        let refused = |fill: &dyn Fn(&mut crate::npz::Writer<'_>)| {
+            let mut writer = crate::npz::Writer::new();
+            fill(&mut writer);
+            writer.save(&path).unwrap();
+            super::read_contents(&path).unwrap_err().to_string()
+        };
+        assert!(refused(&|_| {}).contains("array \"fps\""));
+        let fps = |writer: &mut crate::npz::Writer<'_>| {
+            writer.add_f64("fps", &[], vec![30.0]);
+        };
+        assert!(refused(&fps).contains("wanted one called \"body\", found no meshes"));
+        let flat = refused(&|writer| {
+            fps(writer);
+            writer.add_f32("body", &[2, 3], vec![0.0; 6]).add_u32("body_faces", &[1, 3], vec![0, 1, 1]);
+        });
+        assert!(flat.contains("array \"body\": wanted shape [any, any, 3], found shape [2, 3]"), "{flat}");
+        let uneven = refused(&|writer| {
+            fps(writer);
+            writer.add_f32("body", &[2, 1, 3], vec![0.0; 6]).add_u32("body_faces", &[0, 3], vec![]);
+            writer.add_f32("shirt", &[1, 1, 3], vec![0.0; 3]).add_u32("shirt_faces", &[0, 3], vec![]);
+        });
+        assert!(uneven.contains("array \"shirt\": wanted shape [2, any, 3]"), "{uneven}");
+    }
+
+    #[test]
     fn arrays_have_the_agreed_names_and_shapes() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("dressed.npz");
@@ -88,6 +187,20 @@ mod tests {
         assert_eq!(reader.f32("tshirt").unwrap().shape, [4, 5, 3]);
         assert_eq!(reader.triangles("tshirt_faces").unwrap(), faces);
         assert!((reader.scalar("fps").unwrap() - 30.0).abs() < 1e-12);
+
+        let contents = super::read_contents(&path).unwrap();
+        assert_eq!((contents.frame_count, contents.meshes.len()), (4, 2));
+        assert_eq!(
+            contents.meshes[1],
+            super::Surface { name: "tshirt".into(), vertex_count: 5, faces: faces.to_vec() }
+        );
+        let mut seen = Vec::new();
+        super::for_each_frame(&path, &contents, |frame, meshes| {
+            seen.push((frame, meshes[0][2], meshes[1].len()));
+            Ok::<(), crate::IoError>(())
+        })
+        .unwrap();
+        assert_eq!(seen[3], (3, [3.0, 0.0, 0.5], 5));
 
         let message = |meshes: &[MovingMesh<'_>], fps| write(&path, fps, meshes).unwrap_err().to_string();
         assert!(

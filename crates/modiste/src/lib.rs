@@ -15,12 +15,13 @@ pub use assets::{ASSETS_VARIABLE, Assets};
 pub use error::JobError;
 pub use event::{Event, Listener};
 pub use jobs::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, DesignChoice, Dress, Dressed,
+    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Check, Checked, DesignChoice, Dress, Dressed,
     EvaluatedGarment, GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Job, LearnedGarment, Length,
     MadeBody, MadePopulation, MeasuredBody, MotionChoice, Outcome, SimulatedGarment, TrainedBody, TrainedGarment, run,
 };
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};
+pub use modiste_garment::check;
 pub use modiste_scene::Report;
 pub use sources::Sources;
 pub use stream::{Events, Update, start};

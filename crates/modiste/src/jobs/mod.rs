@@ -5,6 +5,7 @@ mod body_make;
 mod body_measure;
 mod body_population;
 mod body_train;
+mod check;
 mod design_choice;
 mod dress;
 mod garment_evaluate;
@@ -20,6 +21,7 @@ pub use body_make::{BodyMake, MadeBody};
 pub use body_measure::{BodyMeasure, MeasuredBody};
 pub use body_population::{BodyPopulation, MadePopulation};
 pub use body_train::{BodyTrain, TrainedBody};
+pub use check::{Check, Checked};
 pub use design_choice::DesignChoice;
 pub use dress::{Dress, Dressed};
 pub use garment_evaluate::{EvaluatedGarment, GarmentEvaluate};
@@ -36,6 +38,8 @@ use crate::{JobError, Listener};
 pub enum Job {
     /// Dresses a moving body.
     Dress(Dress),
+    /// Checks a dressed result.
+    Check(Check),
     /// Makes a body from measurements.
     BodyMake(BodyMake),
     /// Measures a body.
@@ -60,6 +64,8 @@ pub enum Job {
 pub enum Outcome {
     /// Of [`Job::Dress`].
     Dressed(Dressed),
+    /// Of [`Job::Check`].
+    Checked(Checked),
     /// Of [`Job::BodyMake`].
     MadeBody(MadeBody),
     /// Of [`Job::BodyMeasure`].
@@ -86,6 +92,7 @@ pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
     let reporter = Reporter::new(listener);
     match job {
         Job::Dress(job) => job.run(&reporter).map(Outcome::Dressed),
+        Job::Check(job) => job.run(&reporter).map(Outcome::Checked),
         Job::BodyMake(job) => job.run(&reporter).map(Outcome::MadeBody),
         Job::BodyMeasure(job) => job.run().map(Outcome::MeasuredBody),
         Job::BodyPopulation(job) => job.run(&reporter).map(Outcome::MadePopulation),
