@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiste::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Check, DesignChoice, Dress, GarmentEvaluate,
-    GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, Quantity, Sources,
+    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Check, DesignChoice, Dress, Format,
+    GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, Quantity, Sources,
 };
 
 /// Dressed virtual people, learned from data.
@@ -95,6 +95,13 @@ struct DressArguments {
     /// Length of the animation.
     #[arg(long)]
     seconds: Option<f64>,
+    /// Forms of the animation, with commas between: `pc2` is an OBJ and a point cache for Blender, `obj` and `ply` are a file for
+    /// each frame, `npz` plain arrays.
+    #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',', default_value = "glb,npz")]
+    format: Vec<FormatName>,
+    /// Map ease and strain: picture, two coloured GLB files, and numbers for each region in the report.
+    #[arg(long)]
+    fit_map: bool,
     /// Folder for the results.
     #[arg(long, value_name = "FOLDER", default_value = "out/dress")]
     out: PathBuf,
@@ -331,6 +338,16 @@ enum GenderName {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
+enum FormatName {
+    Glb,
+    Usd,
+    Pc2,
+    Obj,
+    Ply,
+    Npz,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum ActionName {
     Walk,
     Turn,
@@ -396,6 +413,8 @@ impl DressArguments {
             motion,
             garments: self.garments.iter().filter(|name| *name != "none").cloned().collect(),
             length,
+            formats: formats(&self.format),
+            fit_map: self.fit_map,
             out: self.out.clone(),
         }
     }
@@ -538,6 +557,27 @@ impl From<GenderName> for Gender {
     }
 }
 
+impl From<FormatName> for Format {
+    fn from(name: FormatName) -> Self {
+        match name {
+            FormatName::Glb => Self::Glb,
+            FormatName::Usd => Self::Usd,
+            FormatName::Pc2 => Self::Pc2,
+            FormatName::Obj => Self::Obj,
+            FormatName::Ply => Self::Ply,
+            FormatName::Npz => Self::Npz,
+        }
+    }
+}
+
+/// Each form once, in the order of [`Format::ALL`].
+fn formats(names: &[FormatName]) -> Vec<Format> {
+    let mut formats: Vec<Format> = names.iter().map(|&name| name.into()).collect();
+    formats.sort();
+    formats.dedup();
+    formats
+}
+
 impl From<ActionName> for Action {
     fn from(name: ActionName) -> Self {
         match name {
@@ -555,7 +595,7 @@ impl From<ActionName> for Action {
 mod tests {
     use super::Arguments;
     use clap::{CommandFactory, Parser};
-    use modiste::{BodyChoice, DesignChoice, Dress, Job, Length, Quantity};
+    use modiste::{BodyChoice, DesignChoice, Dress, Format, Job, Length, Quantity};
 
     fn job(words: &str) -> Job {
         Arguments::try_parse_from(words.split_whitespace()).unwrap().job().unwrap()
@@ -580,6 +620,8 @@ mod tests {
         let Job::Dress(dress) = job("modiste dress --shape -1.5,0.7 --garments shorts") else { panic!() };
         assert_eq!(dress.body, BodyChoice::Shape(vec![-1.5, 0.7]));
         assert_eq!(dress.garments, ["shorts"]);
+        let Job::Dress(dress) = job("modiste dress --format npz,usd,npz --fit-map") else { panic!() };
+        assert_eq!((dress.formats, dress.fit_map), (vec![Format::Usd, Format::Npz], true));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use modiste::check::Finding;
-use modiste::{Checked, Dressed, EvaluatedGarment, MadePopulation, Outcome, SimulatedGarment};
+use modiste::{Checked, Dressed, EvaluatedGarment, MadePopulation, Outcome, Region, SimulatedGarment};
 
 /// What a person reads at the end.
 pub(crate) fn text(outcome: &Outcome) -> String {
@@ -195,6 +195,21 @@ fn dressed_text(dressed: &Dressed) -> String {
             fit.after.vertices_per_frame,
             fit.before.deepest_mm,
             fit.after.deepest_mm
+        );
+    }
+    for fit in &report.fit_map {
+        let name = |word: String| word.to_lowercase();
+        let _always_ok = write!(
+            text,
+            "\n{} (size {}), {}: {}; {:.0} mm from the body (5% nearer than {:.0}), stretched {:.1}% (5% more than {:.1}%)",
+            fit.garment,
+            fit.size,
+            if fit.region == Region::UpperArm { "upper arm".to_owned() } else { name(format!("{:?}", fit.region)) },
+            name(format!("{:?}", fit.verdict)),
+            fit.ease_mm,
+            fit.ease_5_percent_mm,
+            fit.strain_percent,
+            fit.strain_95_percent
         );
     }
     for file in &dressed.files {

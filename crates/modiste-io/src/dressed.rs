@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
+use crate::animated::{AnimatedMesh, check};
 use crate::npz::{self, ArchiveWriter};
+use crate::pc2::keep;
 use crate::{IoError, write_atomically};
 
 /// Name of the body among the meshes.
@@ -10,44 +12,37 @@ pub const BODY: &str = "body";
 /// How the names of arrays of faces end.
 const FACES: &str = "_faces";
 
-/// A mesh in motion.
-#[derive(Debug, Clone, Copy)]
-pub struct MovingMesh<'a> {
-    /// Name of its array; the faces go to `<name>_faces`.
-    pub name: &'a str,
-    /// Triangles.
-    pub faces: &'a [[u32; 3]],
-    /// Vertices in world (m) in each frame.
-    pub frames: &'a [Vec<[f32; 3]>],
-}
-
 /// Writes an npz with, for each mesh, `<name>` (F, V, 3) f32 and `<name>_faces` (T, 3) u32, and `fps`.
 ///
 /// By convention the first mesh is called "body". Frames go to the file one by one.
 ///
 /// # Errors
 /// [`IoError`] naming the mesh: no frames, frames of different sizes, or faces that name absent vertices.
-pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[MovingMesh<'_>]) -> Result<(), IoError> {
+pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[AnimatedMesh<'_>]) -> Result<(), IoError> {
     let path = path.as_ref();
     let file = path.display().to_string();
-    if !(fps.is_finite() && fps > 0.0) {
-        return Err(IoError::field(&file, "fps", "a number above 0", fps));
+    let frame_count = check(fps, meshes, &file)?;
+    if let Some(mesh) = meshes.iter().find(|mesh| mesh.frames.frame_count() != frame_count) {
+        let found = mesh.frames.frame_count();
+        return Err(IoError::field(&file, format!("mesh \"{}\"", mesh.name), format!("{frame_count} frames"), found));
     }
-    let frame_count = meshes.first().map_or(0, |mesh| mesh.frames.len());
-    for mesh in meshes {
-        check(mesh, frame_count, &file)?;
-    }
-    write_atomically(path, |file| {
+    let mut unread = None;
+    let written = write_atomically(path, |file| {
         let mut archive = ArchiveWriter::new(file);
         for mesh in meshes {
-            let vertex_count = mesh.frames.first().map_or(0, Vec::len);
-            let frames = mesh.frames.iter().map(|frame| frame.as_flattened());
-            archive.add(mesh.name, &[mesh.frames.len(), vertex_count, 3], frames)?;
-            archive.add(&format!("{}_faces", mesh.name), &[mesh.faces.len(), 3], [mesh.faces.as_flattened()])?;
+            let mut array = archive.start::<f32>(mesh.name, &[frame_count, mesh.vertex_count(), 3])?;
+            let mut vertices = Vec::new();
+            for frame in 0..frame_count {
+                keep(&mut unread, mesh.frames.read(frame, &mut vertices))?;
+                array.push(vertices.as_flattened())?;
+            }
+            array.finish()?;
+            archive.add(&format!("{}{FACES}", mesh.name), &[mesh.faces.len(), 3], [mesh.faces.as_flattened()])?;
         }
         archive.add("fps", &[], [&[fps][..]])?;
         archive.finish()
-    })
+    });
+    unread.map_or(written, Err)
 }
 
 /// What a dressed result holds, without its frames.
@@ -116,30 +111,10 @@ pub fn for_each_frame<E: From<IoError>>(
     })
 }
 
-fn check(mesh: &MovingMesh<'_>, frame_count: usize, file: &str) -> Result<(), IoError> {
-    let wrong =
-        |wanted: String, found: String| Err(IoError::field(file, format!("mesh \"{}\"", mesh.name), wanted, found));
-    if mesh.frames.is_empty() || mesh.frames.len() != frame_count {
-        return wrong(format!("{} frames", frame_count.max(1)), mesh.frames.len().to_string());
-    }
-    let vertex_count = mesh.frames[0].len();
-    for (index, frame) in mesh.frames.iter().enumerate() {
-        if frame.len() != vertex_count {
-            return wrong(format!("{vertex_count} vertices in frame {index}"), frame.len().to_string());
-        }
-        if let Some(at) = frame.iter().position(|vertex| vertex.iter().any(|x| !x.is_finite())) {
-            return wrong("finite vertices".to_owned(), format!("{:?} at vertex {at} of frame {index}", frame[at]));
-        }
-    }
-    match mesh.faces.as_flattened().iter().find(|&&vertex| vertex as usize >= vertex_count) {
-        Some(vertex) => wrong(format!("faces of {vertex_count} vertices"), format!("vertex {vertex}")),
-        None => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{MovingMesh, write};
+    use super::write;
+    use crate::animated::AnimatedMesh;
     use crate::npz::Reader;
 
     #[test]
@@ -177,7 +152,16 @@ mod tests {
         let faces = [[0, 1, 2]];
         let body: Vec<Vec<[f32; 3]>> = (0..4).map(|frame| vec![[frame as f32, 0.0, 0.5]; 3]).collect();
         let shirt: Vec<Vec<[f32; 3]>> = vec![vec![[1.0; 3]; 5]; 4];
-        let mesh = |name, frames| MovingMesh { name, faces: &faces, frames };
+        let mesh = |name, frames| AnimatedMesh {
+            name,
+            faces: &faces,
+            frames,
+            uv: None,
+            vertex_colours: None,
+            colour: [1.0; 4],
+            roughness: 1.0,
+            double_sided: false,
+        };
         write(&path, 30.0, &[mesh("body", &body), mesh("tshirt", &shirt)]).unwrap();
         let reader = Reader::open(&path).unwrap();
         assert_eq!(reader.names(), ["body", "body_faces", "fps", "tshirt", "tshirt_faces"]);
@@ -202,12 +186,17 @@ mod tests {
         .unwrap();
         assert_eq!(seen[3], (3, [3.0, 0.0, 0.5], 5));
 
-        let message = |meshes: &[MovingMesh<'_>], fps| write(&path, fps, meshes).unwrap_err().to_string();
+        let (one, two) = (vec![shirt[0].clone()], vec![shirt[0].clone(); 2]);
+        let message = |meshes: &[AnimatedMesh<'_>], fps| write(&path, fps, meshes).unwrap_err().to_string();
         assert!(
-            message(&[mesh("body", &body), mesh("tshirt", &shirt[..2])], 30.0)
-                .contains("mesh \"tshirt\": wanted 4 frames, found 2")
+            message(&[mesh("body", &body), mesh("tshirt", &two)], 30.0)
+                .contains("mesh \"tshirt\": wanted 4 frames, or 1, found 2")
         );
-        let (few, nan) = ([vec![[0.0; 3]; 2]], [vec![[f32::NAN; 3]; 3]]);
+        assert!(
+            message(&[mesh("body", &body), mesh("tshirt", &one)], 30.0)
+                .contains("mesh \"tshirt\": wanted 4 frames, found 1")
+        );
+        let (few, nan) = (vec![vec![[0.0; 3]; 2]], vec![vec![[f32::NAN; 3]; 3]]);
         assert!(message(&[mesh("body", &few)], 30.0).contains("faces of 2 vertices, found vertex 2"));
         assert!(message(&[mesh("body", &nan)], 30.0).contains("finite"));
         assert!(message(&[mesh("body", &body)], 0.0).contains("fps"));

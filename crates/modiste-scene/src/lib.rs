@@ -3,6 +3,9 @@
 mod animation;
 mod error;
 mod export;
+mod fit_map;
+mod fit_picture;
+mod format;
 mod machine;
 mod person;
 mod picture;
@@ -10,7 +13,10 @@ mod timing;
 
 pub use animation::{Animation, GarmentFit, Penetration, Track};
 pub use error::SceneError;
-pub use export::{Report, SceneAccuracy, Subject, Times, file_names, report, write_results};
+pub use export::{Contents, Report, SceneAccuracy, Subject, Times, file_names, report, write_results};
+pub use fit_map::{FitMap, GarmentMap, Region, RegionFit, Verdict};
+pub use fit_picture::Layer;
+pub use format::Format;
 pub use machine::Machine;
 pub use person::Person;
 pub use timing::{Stage, Summary, Timing};

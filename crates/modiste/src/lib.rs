@@ -22,6 +22,6 @@ pub use jobs::{
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};
 pub use modiste_garment::check;
-pub use modiste_scene::Report;
+pub use modiste_scene::{Format, Region, Report};
 pub use sources::Sources;
 pub use stream::{Events, Update, start};

@@ -5,7 +5,7 @@
 //! | finding | depth |
 //! |---|---|
 //! | garment in the body | the greatest distance from the skin of any point of the garment's triangles that is inside, corners or not |
-//! | outer garment in an inner one | the same, below the inner garment's surface |
+//! | outer garment in an inner one | the same, below the inner garment's surface, where that lies with its outer side outwards |
 //! | garment in itself | the shortest way by which the two crossing triangles come apart ([`modiste_core::triangle_separation`]) |
 //!
 //! Inside is where the body's winding number is above one half, so a body that crosses itself counts as the union of its
@@ -18,7 +18,7 @@ mod skin;
 
 use std::sync::Arc;
 
-use modiste_core::{Topology, TriangleBvh, Vec3, triangle_separation};
+use modiste_core::{Sounding, Topology, TriangleBvh, Vec3, centroid, deepest_on_triangle, triangle_separation};
 
 pub use report::{CheckReport, Finding, GarmentFindings, LayerFindings, Limits};
 
@@ -48,6 +48,24 @@ pub struct Found {
     pub count: usize,
     /// The greatest depth (m); 0 for none.
     pub depth: f64,
+    /// Where that is (m, world).
+    pub place: Option<Vec3>,
+}
+
+impl Found {
+    /// Takes a depth if it is the greatest so far.
+    fn offer(&mut self, depth: f64, place: Vec3) {
+        if depth > self.depth {
+            (self.depth, self.place) = (depth, Some(place));
+        }
+    }
+
+    /// Takes the deepest point of a triangle if it is deeper than all so far.
+    fn offer_triangle(&mut self, triangle: [Vec3; 3], sound: impl FnMut(Vec3) -> Sounding) {
+        if let Some((depth, place)) = deepest_on_triangle(triangle, self.depth, DEPTH_ACCURACY, sound) {
+            self.offer(depth, place);
+        }
+    }
 }
 
 /// What was found of one garment.
@@ -112,7 +130,7 @@ impl Checker {
             found.garments.push(GarmentCheck { itself: crossings_of(garment, x), ..skin.garment(garment, x) });
         }
         for inner in 0..garments.len() {
-            let below = Layer::new(&garments[inner], &garments_x[inner]);
+            let below = Layer::new(&garments[inner], &garments_x[inner], &skin);
             for outer in inner + 1..garments.len() {
                 let (below, crossings) = below.check(&garments[outer], &garments_x[outer]);
                 found.layers.push(LayerCheck { inner, outer, below, crossings });
@@ -126,8 +144,14 @@ impl Checker {
 fn crossings_of(surface: &Surface, x: &[Vec3]) -> Found {
     let pairs = surface.tree.self_intersections(x);
     let corners = |face: u32| modiste_core::corners(surface.topology.faces()[face as usize], x);
-    let depth = |pair: &[u32; 2]| triangle_separation(corners(pair[0]), corners(pair[1])).map_or(0.0, Vec3::length);
-    Found { count: pairs.len(), depth: pairs.iter().map(depth).fold(0.0, f64::max) }
+    let mut found = Found { count: pairs.len(), ..Found::default() };
+    for pair in pairs {
+        let [a, b] = pair.map(corners);
+        if let Some(way) = triangle_separation(a, b) {
+            found.offer(way.length(), centroid(&a));
+        }
+    }
+    found
 }
 
 /// The faces of one side of some pairs, each once.

@@ -31,6 +31,8 @@ pub struct Finding {
     pub worst_mm: f64,
     /// The frame that has it.
     pub worst_frame: Option<usize>,
+    /// Where in that frame (m, world).
+    pub worst_place: Option<[f64; 3]>,
     /// Frames with such findings: first and last of each run.
     pub frames: Vec<[usize; 2]>,
     /// Those with findings that are not allowed.
@@ -97,6 +99,7 @@ impl Finding {
         }
         if depth_mm > self.worst_mm {
             (self.worst_mm, self.worst_frame) = (depth_mm, Some(frame));
+            self.worst_place = found.place.map(|place| place.to_array());
         }
     }
 

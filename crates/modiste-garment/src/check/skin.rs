@@ -1,11 +1,15 @@
 //! What is inside the body.
 
-use modiste_core::{Sounding, SurfacePoint, Vec3, corners, deepest_on_triangle, pseudonormal, vertex_normals};
+use modiste_core::{Sounding, SurfacePoint, Vec3, corners, pseudonormal, vertex_normals};
 
-use super::{DEPTH_ACCURACY, Found, GarmentCheck, Surface, faces_of};
+use super::{Found, GarmentCheck, Surface, faces_of};
 
 /// Where a point of the skin is asked whether it can be seen from outside (m above it).
 const JUST_OUTSIDE: f64 = 1e-4;
+
+/// Along this ray the crossings of a closed body are counted, its winding number: roughly ahead, which is the shortest way
+/// through a body that stands, and along no edge of a regular mesh.
+const AHEAD: Vec3 = Vec3::new(0.091, 0.127, 1.0);
 
 /// The surface of a body in one frame.
 pub(super) struct Skin<'a> {
@@ -13,6 +17,7 @@ pub(super) struct Skin<'a> {
     x: &'a [Vec3],
     /// Vertices at places where the body crosses itself; none means that all skin can be seen.
     crossing: Vec<u32>,
+    is_closed: bool,
 }
 
 /// Where a point lies.
@@ -31,11 +36,14 @@ impl<'a> Skin<'a> {
             pairs.into_iter().flatten().flat_map(|face| surface.topology.faces()[face as usize]).collect();
         crossing.sort_unstable();
         crossing.dedup();
-        Self { surface, x, crossing }
+        let is_closed = surface.topology.edges().iter().all(|edge| edge.faces[1].is_some());
+        Self { surface, x, crossing, is_closed }
     }
 
     fn is_inside(&self, point: Vec3) -> bool {
-        self.surface.tree.winding_number(self.x, point) > 0.5
+        let tree = &self.surface.tree;
+        let crossings = if self.is_closed { tree.crossing_number(self.x, point, AHEAD) } else { None };
+        crossings.map_or_else(|| tree.winding_number(self.x, point) > 0.5, |count| count > 0)
     }
 
     /// Whether the skin there bounds the union of all parts of the body.
@@ -49,6 +57,11 @@ impl<'a> Skin<'a> {
 
     fn nearest(&self, point: Vec3) -> Option<SurfacePoint> {
         self.surface.tree.closest_point(self.x, point, f64::INFINITY)
+    }
+
+    /// Outward normal of the skin nearest to a point; not of unit length.
+    pub(super) fn normal_at(&self, point: Vec3) -> Vec3 {
+        self.nearest(point).map_or(Vec3::ZERO, |at| pseudonormal(&self.surface.topology, self.x, &at))
     }
 
     fn place(&self, point: Vec3) -> Place {
@@ -93,7 +106,7 @@ impl<'a> Skin<'a> {
             let point = self.x[vertex as usize] + JUST_OUTSIDE * normals[vertex as usize];
             if self.is_inside(point) {
                 found.count += 1;
-                found.depth = found.depth.max(self.to_visible(point));
+                found.offer(self.to_visible(point), point);
             }
         }
         found
@@ -109,17 +122,16 @@ impl<'a> Skin<'a> {
                 Place::Inside(depth) => {
                     sunk[vertex] = true;
                     found.inside.count += 1;
-                    found.inside.depth = found.inside.depth.max(depth);
+                    found.inside.offer(depth, point);
                 }
                 Place::Pinched => {
                     found.pinched.count += 1;
-                    found.pinched.depth = found.pinched.depth.max(self.to_visible(point));
+                    found.pinched.offer(self.to_visible(point), point);
                 }
             }
         }
         let pairs = garment.tree.intersections(x, &self.surface.tree, self.x);
-        found.body.count = pairs.len();
-        found.body.depth = found.inside.depth;
+        found.body = Found { count: pairs.len(), ..found.inside };
         let mut candidates = faces_of(&pairs);
         let all = (0u32..).zip(garment.topology.faces());
         candidates.extend(all.filter(|(_, face)| face.iter().any(|&v| sunk[v as usize])).map(|(index, _)| index));
@@ -127,8 +139,7 @@ impl<'a> Skin<'a> {
         candidates.dedup();
         for face in candidates {
             let triangle = corners(garment.topology.faces()[face as usize], x);
-            found.body.depth =
-                deepest_on_triangle(triangle, found.body.depth, DEPTH_ACCURACY, |point| self.sound(point));
+            found.body.offer_triangle(triangle, |point| self.sound(point));
         }
         found
     }

@@ -16,7 +16,7 @@ use crate::error::quote;
 use crate::file::{MAX_BYTES, read_bounded};
 use crate::npy::{self, Header, Kind};
 pub use stream::for_each_row;
-pub use write::{ArchiveWriter, Element, Writer};
+pub use write::{ArchiveWriter, ArrayWriter, Element, Writer};
 
 /// An array in row-major order.
 #[derive(Debug, Clone, PartialEq)]
