@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiste::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Check, DesignChoice, Dress, Format,
+    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Check, Crowd, DesignChoice, Dress, Format,
     GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, Quantity, Sources,
 };
 
@@ -28,6 +28,9 @@ enum Command {
     /// does not hold.
     #[command(after_help = "Example:\n  modiste check out/dress/dressed.npz --json")]
     Check(CheckArguments),
+    /// Make many people: random bodies, garments and motions, each in a folder of their own and at their place in one scene.
+    #[command(after_help = "Example:\n  modiste crowd --count 200 --motion-dir mocap --format glb,usd --out crowd")]
+    Crowd(CrowdArguments),
     /// Make, measure and learn bodies.
     #[command(subcommand)]
     Body(BodyCommand),
@@ -114,6 +117,31 @@ struct DressArguments {
 struct CheckArguments {
     /// The npz file: `body` (F, V, 3), `body_faces`, and the same for each garment, the innermost first.
     file: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct CrowdArguments {
+    /// Number of people.
+    #[arg(long, default_value_t = 20)]
+    count: usize,
+    /// Folder of motions (BVH, packed by gzip or not); otherwise those that the program makes itself.
+    #[arg(long, value_name = "FOLDER")]
+    motion_dir: Option<PathBuf>,
+    /// Length of the animation.
+    #[arg(long, default_value_t = 2.0)]
+    seconds: f64,
+    /// Seed of everything that is random.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Forms in which each person is written, with commas between; with `usd` there is one layer that holds them all.
+    #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',', default_value = "glb")]
+    format: Vec<FormatName>,
+    /// Folder for the results.
+    #[arg(long, value_name = "FOLDER", default_value = "out/crowd")]
+    out: PathBuf,
     /// Print the result as JSON.
     #[arg(long)]
     json: bool,
@@ -363,6 +391,14 @@ impl Arguments {
         Ok(match &self.command {
             Command::Dress(arguments) => Job::Dress(arguments.job()),
             Command::Check(arguments) => Job::Check(Check { file: arguments.file.clone() }),
+            Command::Crowd(arguments) => Job::Crowd(Crowd {
+                count: arguments.count,
+                motions: arguments.motion_dir.clone(),
+                length: Length::Seconds(arguments.seconds),
+                seed: arguments.seed,
+                formats: formats(&arguments.format),
+                out: arguments.out.clone(),
+            }),
             Command::Body(BodyCommand::Make(arguments)) => Job::BodyMake(arguments.job()?),
             Command::Body(BodyCommand::Measure(arguments)) => {
                 Job::BodyMeasure(BodyMeasure { file: arguments.file.clone() })
@@ -388,6 +424,7 @@ impl Arguments {
         match &self.command {
             Command::Dress(arguments) => arguments.json,
             Command::Check(arguments) => arguments.json,
+            Command::Crowd(arguments) => arguments.json,
             Command::Body(BodyCommand::Make(arguments)) => arguments.json,
             Command::Body(BodyCommand::Measure(arguments)) => arguments.json,
             Command::Body(BodyCommand::Population(arguments)) => arguments.json,
@@ -595,7 +632,7 @@ impl From<ActionName> for Action {
 mod tests {
     use super::Arguments;
     use clap::{CommandFactory, Parser};
-    use modiste::{BodyChoice, DesignChoice, Dress, Format, Job, Length, Quantity};
+    use modiste::{BodyChoice, Crowd, DesignChoice, Dress, Format, Job, Length, Quantity};
 
     fn job(words: &str) -> Job {
         Arguments::try_parse_from(words.split_whitespace()).unwrap().job().unwrap()
@@ -609,6 +646,7 @@ mod tests {
     #[test]
     fn dress_alone_is_the_default_job() {
         assert_eq!(job("modiste dress"), Job::Dress(Dress::default()));
+        assert_eq!(job("modiste crowd"), Job::Crowd(Crowd::default()));
     }
 
     #[test]

@@ -3,13 +3,14 @@
 use std::fmt::Write;
 
 use modiste::check::Finding;
-use modiste::{Checked, Dressed, EvaluatedGarment, MadePopulation, Outcome, Region, SimulatedGarment};
+use modiste::{Checked, Dressed, EvaluatedGarment, MadeCrowd, MadePopulation, Outcome, Region, SimulatedGarment};
 
 /// What a person reads at the end.
 pub(crate) fn text(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Dressed(dressed) => dressed_text(dressed),
         Outcome::Checked(checked) => checked_text(checked),
+        Outcome::MadeCrowd(made) => crowd_text(made),
         Outcome::MadeBody(made) => {
             let shape: Vec<String> = made.shape.iter().map(|value| format!("{value:.3}")).collect();
             format!("{}\n\nshape {}\nwrote {}", made.measurements, shape.join(","), made.file.display())
@@ -126,6 +127,25 @@ fn population_text(made: &MadePopulation) -> String {
     }
     let files: Vec<String> = made.files.iter().map(|file| format!("wrote {}", file.display())).collect();
     text + &files.join("\n")
+}
+
+fn crowd_text(made: &MadeCrowd) -> String {
+    let report = &made.report;
+    let [all, first, second] = report.seconds_per_character;
+    let mut text = format!(
+        "{} people in {:.1} s by {} threads: {all:.2} s each on one ({first:.2} s in the first half, {second:.2} s in the second)",
+        report.characters.len(),
+        report.seconds,
+        report.threads
+    );
+    if let (Some(models), Some(character), Some(peak)) = (report.models_mb, report.character_mb, report.peak_mb) {
+        let _always_ok =
+            write!(text, "\nmemory: {models:.0} MB of models, {character:.1} MB for each person, {peak:.0} MB at most");
+    }
+    for file in made.files.iter().filter(|file| file.extension().is_some()) {
+        let _always_ok = write!(text, "\nwrote {}", file.display());
+    }
+    text
 }
 
 /// One line for each kind of finding.

@@ -48,6 +48,31 @@ pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[AnimatedMesh<'_>]) -> R
     unread.map_or(written, Err)
 }
 
+/// Writes a layer that holds others, each as a figure where its own layer puts it: name and file, relative to this one.
+///
+/// # Errors
+/// [`IoError`] naming the file.
+pub fn write_references(
+    path: impl AsRef<Path>,
+    fps: f64,
+    frame_count: usize,
+    layers: &[(String, String)],
+) -> Result<(), IoError> {
+    write_atomically(path, |file| {
+        let last = frame_count.saturating_sub(1);
+        write!(
+            file,
+            "#usda 1.0\n(\n    defaultPrim = \"Crowd\"\n    endTimeCode = {last}\n    framesPerSecond = {fps}\n    \
+             metersPerUnit = 1\n    startTimeCode = 0\n    timeCodesPerSecond = {fps}\n    upAxis = \"Y\"\n)\n\n\
+             def Xform \"Crowd\" (\n    kind = \"group\"\n)\n{{\n"
+        )?;
+        for (name, layer) in layers {
+            writeln!(file, "    def \"{name}\" (\n        prepend references = @{layer}@\n    )\n    {{\n    }}\n")?;
+        }
+        file.write_all(b"}\n")
+    })
+}
+
 /// Names that a prim may have, each once: letters, digits and underscores, no digit first.
 fn prim_names(meshes: &[AnimatedMesh<'_>]) -> Vec<String> {
     let mut names: Vec<String> = vec!["Materials".to_owned()];

@@ -31,9 +31,9 @@ pub enum Region {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// The cloth is stretched by more than 3 % in the mean.
+    /// Half of the cloth is stretched by more than 3 %.
     Tight,
-    /// It lies less than 10 mm from the body in the mean, hardly stretched.
+    /// Half of it lies less than 10 mm from the body, hardly stretched.
     Close,
     /// From 10 to 30 mm.
     Easy,
@@ -52,11 +52,11 @@ pub struct RegionFit {
     pub region: Region,
     /// Number of vertices there.
     pub vertices: usize,
-    /// Mean distance of the cloth from the body (mm).
+    /// Median distance of the cloth from the body (mm).
     pub ease_mm: f64,
     /// Distance (mm) that 5 % of the vertices fall below.
     pub ease_5_percent_mm: f64,
-    /// Mean of the larger principal stretch of the cloth against its pattern, less one (%).
+    /// Median of the larger principal stretch of the cloth against its pattern, less one (%).
     pub strain_percent: f64,
     /// Strain (%) that 5 % of the vertices exceed.
     pub strain_95_percent: f64,
@@ -153,8 +153,7 @@ impl GarmentMap {
             sorted
         };
         let (ease, strain) = (sorted(&self.ease_mm), sorted(&self.strain_percent));
-        let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-        let (ease_mm, strain_percent) = (mean(&ease), mean(&strain));
+        let (ease_mm, strain_percent) = (ease[ease.len() / 2], strain[strain.len() / 2]);
         let verdict = match () {
             () if strain_percent > 3.0 => Verdict::Tight,
             () if ease_mm < 10.0 => Verdict::Close,

@@ -1,6 +1,7 @@
 //! Dressed people: a body with garments is animated, drawn and exported.
 
 mod animation;
+mod crowd;
 mod error;
 mod export;
 mod fit_map;
@@ -12,11 +13,12 @@ mod picture;
 mod timing;
 
 pub use animation::{Animation, GarmentFit, Penetration, Track};
+pub use crowd::{CrowdPicture, Place, scatter};
 pub use error::SceneError;
 pub use export::{Contents, Report, SceneAccuracy, Subject, Times, file_names, report, write_results};
 pub use fit_map::{FitMap, GarmentMap, Region, RegionFit, Verdict};
 pub use fit_picture::Layer;
 pub use format::Format;
-pub use machine::Machine;
+pub use machine::{Machine, Memory};
 pub use person::Person;
 pub use timing::{Stage, Summary, Timing};

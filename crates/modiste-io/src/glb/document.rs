@@ -139,7 +139,7 @@ impl<'a> Document<'a> {
         if times.len() > 1 {
             document.times = Some(document.bounded(times.as_chunks::<1>().0, Type::Scalar, None));
         }
-        if !carrier.translations.is_empty() {
+        if document.times.is_some() && !carrier.translations.is_empty() {
             let output = document.unbounded(&carrier.translations, Type::Vec3, None);
             document.animate(parent, Property::Translation, output);
         }
@@ -218,12 +218,12 @@ impl<'a> Document<'a> {
             extras: target_names(arrays.targets.len()),
             name: Some(mesh.name.to_owned()),
             primitives: vec![primitive],
-            weights: has_targets.then(|| vec![0.0; arrays.targets.len()]),
+            weights: has_targets.then(|| arrays.weights[..arrays.targets.len()].to_vec()),
         });
         let skin = arrays.influences.as_ref().and(self.skin);
         let node =
             self.root.push(Node { mesh: Some(shape), skin, name: Some(mesh.name.to_owned()), ..Node::default() });
-        if mesh.frames.frame_count() > 1 && skin.is_none() {
+        if (mesh.frames.frame_count() > 1 || self.times.is_none()) && skin.is_none() {
             self.root.nodes[self.parent.value()].children.get_or_insert_default().push(node);
         } else {
             // A mesh at rest does not travel with the others, and the joints alone place a skinned one.

@@ -364,7 +364,12 @@ mod tests {
         assert!(f64::from(worst) <= summary.meshes[0].max_error + rounding, "{worst}");
         assert_eq!(summary.bones, 0);
         assert!(summary.meshes[0].max_error < Options::default().tolerance);
-        assert!(weights.iter().all(|weight| weight.abs() <= 1.0));
+        assert!(weights.iter().all(|weight| (0.0..=1.0).contains(weight)));
+        assert_eq!(
+            root.meshes[0].weights.as_ref().unwrap()[..],
+            weights[..targets.len()],
+            "the first frame is shown at rest"
+        );
         assert!((floats(&root, binary, samplers[0].input.value())[39] - 1.3).abs() < 1e-6);
     }
 

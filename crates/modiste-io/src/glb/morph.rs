@@ -4,14 +4,14 @@ use modiste_core::{Matrix, Pca, SolveError, ridge};
 
 use super::Options;
 
-/// A base shape that the first frame's weights (all zero) show, and what to add to it.
+/// A base shape and what to add to it.
 #[derive(Debug)]
 pub(super) struct Morph {
     pub(super) base: Vec<[f32; 3]>,
-    /// Unit normals of the base.
+    /// Unit normals that those of the targets are added to.
     pub(super) base_normals: Vec<[f32; 3]>,
     pub(super) targets: Vec<Target>,
-    /// One row of weights per frame, one weight per target, within [-1, 1].
+    /// One row of weights per frame, one weight per target, within [0, 1].
     pub(super) weights: Vec<f32>,
 }
 
@@ -38,6 +38,8 @@ pub(super) struct Target {
 
 /// Keeps the normals' targets small where the weights can hardly tell them apart.
 const NORMAL_RIDGE: f64 = 1e-4;
+/// A base normal shorter than this has no direction.
+const SHORTEST_NORMAL: f32 = 0.05;
 
 /// What the shapes of a mesh are made of.
 pub(super) struct Basis {
@@ -76,27 +78,30 @@ impl Basis {
         chosen: &[usize],
         normals: &[Vec<[f32; 3]>],
     ) -> Result<Morph, SolveError> {
-        let base_normals = normals[0].clone();
         let Some(pca) = &self.pca else {
+            let base_normals = normals[0].clone();
             return Ok(Morph { base: self.rest, base_normals, targets: Vec::new(), weights: Vec::new() });
         };
         let count = self.count;
         let mut base = vec![[0.0; 3]; self.rest.len()];
-        pca.expand(&coefficients[0], base.as_flattened_mut());
-        // Weights count from the first frame and stay within [-1, 1], the range that editors allow.
+        // Weights count from the smallest of all frames and stay within [0, 1]: Blender cuts off what is outside.
+        let extreme = |pick: fn(f64, f64) -> f64, k: usize| coefficients.iter().map(|row| row[k]).reduce(pick);
+        let lows: Vec<f64> = (0..count).map(|k| extreme(f64::min, k).unwrap_or(0.0)).collect();
         let scales: Vec<f64> = (0..count)
-            .map(|k| coefficients.iter().map(|row| (row[k] - coefficients[0][k]).abs()).fold(0.0, f64::max))
+            .map(|k| extreme(f64::max, k).unwrap_or(0.0) - lows[k])
             .map(|scale| if scale > 0.0 { scale } else { 1.0 })
             .collect();
+        pca.expand(&lows, base.as_flattened_mut());
         let weights: Vec<f32> = coefficients
             .iter()
-            .flat_map(|row| (0..count).map(|k| ((row[k] - coefficients[0][k]) / scales[k]) as f32))
+            .flat_map(|row| (0..count).map(|k| ((row[k] - lows[k]) / scales[k]).clamp(0.0, 1.0) as f32))
             .collect();
         let scaled = |k: usize| pca.component(k).iter().map(|&x| (f64::from(x) * scales[k]) as f32).collect();
         let positions: Vec<Vec<f32>> = (0..count).map(scaled).collect();
         let chosen_weights: Vec<f32> =
             chosen.iter().flat_map(|&frame| weights[frame * count..][..count].iter().copied()).collect();
-        let normal_targets = fit_normals(normals, &chosen_weights, count)?;
+        let mut normal_targets = fit_normals(normals, &chosen_weights, count)?;
+        let base_normals = base_under(&normals[0], &chosen_weights[..count], &mut normal_targets);
         let targets = positions
             .into_iter()
             .zip(normal_targets)
@@ -129,12 +134,36 @@ fn sufficient_count(pca: &Pca, samples: &[&[f32]], coefficients: &[Vec<f64>], to
     pca.count()
 }
 
-/// The normal targets for which those of the first frame + Σ weight · target come closest to all (least squares).
+/// The unit normals from which the targets at the weights of the first frame lead to its normals.
+///
+/// Viewers bring sums of normals to unit length, so each base normal and its targets may be scaled alike.
+fn base_under(first: &[[f32; 3]], weights: &[f32], targets: &mut [Vec<[f32; 3]>]) -> Vec<[f32; 3]> {
+    let mut base = first.to_vec();
+    for (vertex, normal) in base.iter_mut().enumerate() {
+        for (target, weight) in targets.iter().zip(weights) {
+            *normal = std::array::from_fn(|axis| normal[axis] - weight * target[vertex][axis]);
+        }
+        let length = normal.iter().map(|x| x * x).sum::<f32>().sqrt();
+        if length > SHORTEST_NORMAL {
+            *normal = normal.map(|x| x / length);
+            for target in targets.iter_mut() {
+                target[vertex] = target[vertex].map(|x| x / length);
+            }
+        } else {
+            *normal = first[vertex];
+        }
+    }
+    base
+}
+
+/// The normal targets for which those of the first frame + Σ (weight - first weight) · target come closest to all (least
+/// squares).
 fn fit_normals(normals: &[Vec<[f32; 3]>], weights: &[f32], count: usize) -> Result<Vec<Vec<[f32; 3]>>, SolveError> {
     if count == 0 {
         return Ok(Vec::new());
     }
-    let regressors = Matrix::from_fn(normals.len(), count, |frame, k| f64::from(weights[frame * count + k]));
+    let regressors =
+        Matrix::from_fn(normals.len(), count, |frame, k| f64::from(weights[frame * count + k] - weights[k]));
     let base = normals[0].as_flattened();
     let mut wanted = Matrix::zeros(normals.len(), base.len());
     for (index, frame) in normals.iter().enumerate() {
