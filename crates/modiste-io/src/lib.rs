@@ -4,6 +4,7 @@
 //! whatever their name. Bad input of any kind is an [`IoError`] that names the file, the place in it, what was wanted
 //! and what was found. Every writer writes beside the file and renames, so nothing half-written is left behind.
 
+pub mod animated;
 pub mod ansur;
 pub mod bvh;
 pub mod dressed;
@@ -21,11 +22,13 @@ mod npy;
 pub mod npz;
 pub mod obj;
 pub mod pattern;
+pub mod pc2;
 pub mod ply;
 pub mod png;
 mod staged;
 pub mod table;
 mod text;
+pub mod usd;
 
 pub use bvh::{BvhClip, BvhJoint, Channel};
 pub use error::IoError;

@@ -25,15 +25,33 @@ impl Machine {
     }
 }
 
-/// The largest memory that the program has had since [`reset_peak_memory`] (bytes); `None` where the system does not tell.
-pub fn peak_memory() -> Option<u64> {
-    let status = modiste_io::read_text("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    let kilobytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(1024 * kilobytes)
+/// Memory of this process (MB).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// What it has now.
+    pub resident_mb: f64,
+    /// The most that it had.
+    pub peak_mb: f64,
 }
 
-/// Lets [`peak_memory`] begin anew, where the system can.
+impl Memory {
+    /// What the system says; `None` where it does not.
+    pub fn now() -> Option<Self> {
+        parse_memory(&modiste_io::read_text("/proc/self/status").ok()?)
+    }
+}
+
+/// From Linux's description of a process.
+fn parse_memory(status: &str) -> Option<Memory> {
+    let megabytes = |name: &str| {
+        let line = status.lines().find_map(|line| line.strip_prefix(name))?;
+        let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+        Some(kibibytes * 1024.0 / 1e6)
+    };
+    Some(Memory { resident_mb: megabytes("VmRSS:")?, peak_mb: megabytes("VmHWM:")? })
+}
+
+/// Lets the peak of [`Memory`] begin anew, where the system can.
 pub fn reset_peak_memory() {
     let _only_a_measurement = modiste_io::write_in_place("/proc/self/clear_refs", b"5");
 }
@@ -46,7 +64,14 @@ fn processor_name(cpuinfo: &str) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Machine, processor_name};
+    use super::{Machine, parse_memory, processor_name};
+
+    #[test]
+    fn memory_is_read() {
+        let memory = parse_memory("Name:\tx\nVmHWM:\t  2000 kB\nVmRSS:\t  1000 kB\n").unwrap();
+        assert!((memory.peak_mb - 2.048).abs() < 1e-12 && (memory.resident_mb - 1.024).abs() < 1e-12);
+        assert_eq!(parse_memory("VmRSS: many kB"), None);
+    }
 
     #[test]
     fn the_processor_is_named() {

@@ -16,12 +16,13 @@ pub use error::JobError;
 pub use event::{Event, Listener};
 pub use jobs::{
     Action, BenchDress, BenchRow, BenchedDress, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain,
-    DesignChoice, Dress, Dressed, EvaluatedGarment, GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Job,
-    LearnedGarment, Length, MadeBody, MadePopulation, MeasuredBody, MotionChoice, Outcome, SimulatedGarment,
-    TrainedBody, TrainedGarment, run,
+    Character, Check, Checked, Crowd, CrowdReport, DesignChoice, Dress, Dressed, EvaluatedGarment, GarmentEvaluate,
+    GarmentLearn, GarmentSimulate, GarmentTrain, Job, LearnedGarment, Length, MadeBody, MadeCrowd, MadePopulation,
+    MeasuredBody, MotionChoice, Outcome, SimulatedGarment, TrainedBody, TrainedGarment, run,
 };
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};
-pub use modiste_scene::Report;
+pub use modiste_garment::check;
+pub use modiste_scene::{Format, Region, Report};
 pub use sources::Sources;
 pub use stream::{Events, Update, start};

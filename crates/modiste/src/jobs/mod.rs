@@ -6,6 +6,8 @@ mod body_make;
 mod body_measure;
 mod body_population;
 mod body_train;
+mod check;
+mod crowd;
 mod design_choice;
 mod dress;
 mod garment_evaluate;
@@ -22,6 +24,8 @@ pub use body_make::{BodyMake, MadeBody};
 pub use body_measure::{BodyMeasure, MeasuredBody};
 pub use body_population::{BodyPopulation, MadePopulation};
 pub use body_train::{BodyTrain, TrainedBody};
+pub use check::{Check, Checked};
+pub use crowd::{Character, Crowd, CrowdReport, MadeCrowd};
 pub use design_choice::DesignChoice;
 pub use dress::{Dress, Dressed};
 pub use garment_evaluate::{EvaluatedGarment, GarmentEvaluate};
@@ -40,6 +44,10 @@ pub enum Job {
     Dress(Dress),
     /// Times characters.
     BenchDress(BenchDress),
+    /// Checks a dressed result.
+    Check(Check),
+    /// Makes many people.
+    Crowd(Crowd),
     /// Makes a body from measurements.
     BodyMake(BodyMake),
     /// Measures a body.
@@ -66,6 +74,10 @@ pub enum Outcome {
     Dressed(Dressed),
     /// Of [`Job::BenchDress`].
     BenchedDress(BenchedDress),
+    /// Of [`Job::Check`].
+    Checked(Checked),
+    /// Of [`Job::Crowd`].
+    MadeCrowd(MadeCrowd),
     /// Of [`Job::BodyMake`].
     MadeBody(MadeBody),
     /// Of [`Job::BodyMeasure`].
@@ -93,6 +105,8 @@ pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
     match job {
         Job::Dress(job) => job.run(&reporter).map(Outcome::Dressed),
         Job::BenchDress(job) => job.run(&reporter).map(Outcome::BenchedDress),
+        Job::Check(job) => job.run(&reporter).map(Outcome::Checked),
+        Job::Crowd(job) => job.run(&reporter).map(Outcome::MadeCrowd),
         Job::BodyMake(job) => job.run(&reporter).map(Outcome::MadeBody),
         Job::BodyMeasure(job) => job.run().map(Outcome::MeasuredBody),
         Job::BodyPopulation(job) => job.run(&reporter).map(Outcome::MadePopulation),
