@@ -1,0 +1,11 @@
+//! Hair.
+mod error;
+mod groom;
+mod guides;
+mod scalp;
+mod surface;
+pub use error::HairError;
+pub use groom::{CLEARANCE, Groom, Style};
+pub use guides::{Guides, POINTS, arc_length, resample};
+pub use scalp::{MOST_ROOTS, Root, is_scalp, nearest_roots, skull_middle, spread_roots};
+pub use surface::{Bust, Contact, Surface};

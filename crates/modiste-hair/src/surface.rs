@@ -1,0 +1,159 @@
+//! The part of the body that hair can touch, as an exact surface.
+
+use std::sync::Arc;
+
+use modiste_body::{Part, ScapeModel};
+use modiste_core::{SurfacePoint, Topology, TriangleBvh, Vec3, signed_distance};
+
+use crate::HairError;
+
+/// Parts of the body that hair can lie against; hands and forearms pass through it, as in the thesis (§2.1).
+const TOUCHED: [Part; 8] = [
+    Part::Head,
+    Part::Neck,
+    Part::Chest,
+    Part::Abdomen,
+    Part::LeftShoulder,
+    Part::RightShoulder,
+    Part::LeftUpperArm,
+    Part::RightUpperArm,
+];
+
+/// Head, neck, shoulders, upper arms and trunk of a body: their faces, and which vertices of the body they are made of.
+#[derive(Debug, Clone)]
+pub struct Bust {
+    topology: Arc<Topology>,
+    /// Vertex of the body per vertex of the bust.
+    vertices: Vec<u32>,
+}
+
+/// A bust in one pose, ready for questions.
+#[derive(Debug, Clone)]
+pub struct Surface {
+    topology: Arc<Topology>,
+    x: Vec<Vec3>,
+    tree: TriangleBvh,
+}
+
+/// Where a point is with regard to a surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Contact {
+    /// Nearest point of the surface.
+    pub at: SurfacePoint,
+    /// Distance (m), negative inside.
+    pub distance: f64,
+    /// Unit vector along which the distance grows.
+    pub outwards: Vec3,
+}
+
+impl Bust {
+    /// The bust of a body model.
+    ///
+    /// # Errors
+    /// A model without the parts.
+    pub fn new(model: &ScapeModel) -> Result<Self, HairError> {
+        let parts = model.vertex_parts();
+        let body = model.topology();
+        let kept: Vec<[u32; 3]> = body
+            .faces()
+            .iter()
+            .filter(|face| face.iter().all(|&vertex| TOUCHED.contains(&parts[vertex as usize])))
+            .copied()
+            .collect();
+        let mut index = vec![u32::MAX; body.vertex_count()];
+        let mut vertices = Vec::new();
+        for &vertex in kept.as_flattened() {
+            if index[vertex as usize] == u32::MAX {
+                index[vertex as usize] = vertices.len() as u32;
+                vertices.push(vertex);
+            }
+        }
+        let faces = kept.into_iter().map(|face| face.map(|vertex| index[vertex as usize])).collect();
+        let topology = Topology::new(vertices.len(), faces)
+            .map_err(|error| HairError::data("bust", "a mesh", error))?;
+        if topology.face_count() == 0 {
+            return Err(HairError::data("bust", "faces of head, neck and shoulders", "none"));
+        }
+        Ok(Self { topology: Arc::new(topology), vertices })
+    }
+
+    /// Vertex of the body per vertex of the bust.
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
+    /// Its faces.
+    pub fn topology(&self) -> &Arc<Topology> {
+        &self.topology
+    }
+
+    /// Positions (m) of its vertices, taken from those of the body.
+    pub fn gather(&self, body: &[Vec3]) -> Vec<Vec3> {
+        self.vertices.iter().map(|&vertex| body[vertex as usize]).collect()
+    }
+
+    /// The bust of a posed body.
+    pub fn surface(&self, body: &[Vec3]) -> Surface {
+        Surface::new(&self.topology, self.gather(body))
+    }
+}
+
+impl Surface {
+    /// A surface with these positions (m).
+    pub fn new(topology: &Arc<Topology>, x: Vec<Vec3>) -> Self {
+        let tree = TriangleBvh::new(topology, &x);
+        Self { topology: Arc::clone(topology), x, tree }
+    }
+
+    /// Moves it.
+    ///
+    /// # Panics
+    /// If the number of vertices changes.
+    pub fn set(&mut self, x: &[Vec3]) {
+        self.x.copy_from_slice(x);
+        self.tree.refit(&self.x);
+    }
+
+    /// Positions of its vertices (m).
+    pub fn vertices(&self) -> &[Vec3] {
+        &self.x
+    }
+
+    /// Its faces.
+    pub fn topology(&self) -> &Arc<Topology> {
+        &self.topology
+    }
+
+    /// The tree over its faces.
+    pub fn tree(&self) -> &TriangleBvh {
+        &self.tree
+    }
+
+    /// The nearest point of the surface if it is no further than `reach` (m); `likely` is a face to try first.
+    pub fn contact(&self, p: Vec3, reach: f64, likely: Option<u32>) -> Option<Contact> {
+        let at = self.tree.closest_point_near(&self.x, p, reach, likely)?;
+        let distance = signed_distance(&self.topology, &self.x, p, &at);
+        let away = if distance < 0.0 { at.point - p } else { p - at.point };
+        let outwards = if at.distance > 1e-7 {
+            away / at.distance
+        } else {
+            modiste_core::pseudonormal(&self.topology, &self.x, &at).normalize_or(Vec3::Y)
+        };
+        Some(Contact { at, distance, outwards })
+    }
+
+    /// The point itself, or the nearest one that is `clearance` (m) above the surface when it is below that.
+    pub fn pushed_out(&self, p: Vec3, clearance: f64, reach: f64) -> Vec3 {
+        let mut p = p;
+        // In a fold, the way out of one face leads into another; a few rounds settle it.
+        for _ in 0..4 {
+            match self.contact(p, reach, None) {
+                Some(contact) if contact.distance < clearance => {
+                    p = contact.at.point + (clearance + 1e-5) * contact.outwards;
+                }
+                _ => break,
+            }
+        }
+        p
+    }
+}
