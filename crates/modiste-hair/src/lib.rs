@@ -1,9 +1,13 @@
 //! Hair.
+mod canonical;
 mod error;
 mod groom;
 mod guides;
+pub mod rod;
 mod scalp;
 mod surface;
+pub mod training;
+pub use canonical::{BustTrack, Frame, TRACKED};
 pub use error::HairError;
 pub use groom::{CLEARANCE, Groom, Style};
 pub use guides::{Guides, POINTS, arc_length, resample};
