@@ -95,23 +95,27 @@ impl BustTrack {
             }
             chosen.push(eligible[next.0]);
         }
-        Self::of_vertices(body, &chosen.iter().map(|&v| v as u32).collect::<Vec<_>>(), body.rest_vertices())
+        let vertices: Vec<u32> = chosen.iter().map(|&v| v as u32).collect();
+        let rest: Vec<Vec3> = chosen.iter().map(|&v| x[v]).collect();
+        Self::of_vertices(body, &vertices, &rest)
     }
 
-    /// The same vertices on another body; `reference_rest` are the positions of all vertices of the reference at rest.
+    /// The same vertices on another body; `reference` are their positions on the body of the model, at rest (m).
     ///
     /// # Errors
     /// Vertices that the body does not have.
-    pub fn of_vertices(body: &Body, vertices: &[u32], reference_rest: &[Vec3]) -> Result<Self, HairError> {
+    pub fn of_vertices(body: &Body, vertices: &[u32], reference: &[Vec3]) -> Result<Self, HairError> {
         let rest = body.rest_vertices();
-        if let Some(&vertex) = vertices.iter().find(|&&vertex| vertex as usize >= rest.len().min(reference_rest.len())) {
+        if let Some(&vertex) = vertices.iter().find(|&&vertex| vertex as usize >= rest.len()) {
             return Err(HairError::data("vertex of the bust", format!("one of {}", rest.len()), vertex));
         }
+        if reference.len() != vertices.len() {
+            return Err(HairError::data("positions of the bust at rest", vertices.len(), reference.len()));
+        }
         let parts: Vec<Part> = vertices.iter().map(|&v| body.model().vertex_parts()[v as usize]).collect();
-        let of = |x: &[Vec3]| -> Vec<Vec3> { vertices.iter().map(|&v| x[v as usize]).collect() };
-        let (own, reference) = (of(rest), of(reference_rest));
-        let shift = centroid(&own) - centroid(&reference);
-        let offsets = own.iter().zip(&reference).map(|(own, reference)| *own - *reference - shift).collect();
+        let own: Vec<Vec3> = vertices.iter().map(|&v| rest[v as usize]).collect();
+        let shift = centroid(&own) - centroid(reference);
+        let offsets = own.iter().zip(reference).map(|(own, reference)| *own - *reference - shift).collect();
         let middle = skull_middle(body);
         let side = |wanted: f64| -> Vec<usize> {
             (0..vertices.len())

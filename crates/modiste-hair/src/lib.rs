@@ -3,6 +3,7 @@ mod canonical;
 mod error;
 mod groom;
 mod guides;
+pub mod model;
 pub mod rod;
 mod scalp;
 mod surface;
