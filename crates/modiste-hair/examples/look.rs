@@ -20,6 +20,7 @@ fn main() {
         _ => vec![Cell::STYLES[0]],
     };
     let seqs = sequences(&body, Some("../shared/data/mocap".as_ref()), 1, &P).unwrap();
+    let mut seqs = seqs; seqs.sort_by_key(|s| !s.held_out);
     println!("{} sequences, {} frames, {} test frames", seqs.len(), seqs.iter().map(|s| s.motion.frames.len()).sum::<usize>(), seqs.iter().filter(|s| s.held_out).map(|s| s.motion.frames.len()).sum::<usize>());
     let grooms: Vec<Groom> = cells.iter().map(|c| Groom::grow(&body, style, c.length, guides, 1).unwrap()).collect();
     let folder = TrainingFolder::open(&a[4], Recipe { style, guides, seed: 1, cells, source: None }).unwrap();

@@ -1,16 +1,25 @@
 //! Hair.
 mod canonical;
+pub mod collision;
 mod error;
+mod evaluate;
+mod finish;
 mod groom;
 mod guides;
 pub mod model;
 pub mod rod;
 mod scalp;
+mod strands;
 mod surface;
 pub mod training;
+mod wear;
 pub use canonical::{BustTrack, Frame, TRACKED};
 pub use error::HairError;
+pub use finish::{Finish, FinishReport, GAP};
 pub use groom::{CLEARANCE, Groom, Style};
 pub use guides::{Guides, POINTS, arc_length, resample};
 pub use scalp::{MOST_ROOTS, Root, is_scalp, nearest_roots, skull_middle, spread_roots};
 pub use surface::{Bust, Contact, Surface};
+pub use evaluate::{CellError, evaluate};
+pub use strands::FullHair;
+pub use wear::{HairTimes, WornHair};

@@ -33,6 +33,8 @@ pub struct Surface {
     topology: Arc<Topology>,
     x: Vec<Vec3>,
     tree: TriangleBvh,
+    /// Whether each vertex lies on the rim of the surface.
+    rim: Arc<[bool]>,
 }
 
 /// Where a point is with regard to a surface.
@@ -102,7 +104,13 @@ impl Surface {
     /// A surface with these positions (m).
     pub fn new(topology: &Arc<Topology>, x: Vec<Vec3>) -> Self {
         let tree = TriangleBvh::new(topology, &x);
-        Self { topology: Arc::clone(topology), x, tree }
+        let mut rim = vec![false; topology.vertex_count()];
+        for edge in topology.edges().iter().filter(|edge| edge.faces[1].is_none()) {
+            for vertex in edge.vertices {
+                rim[vertex as usize] = true;
+            }
+        }
+        Self { topology: Arc::clone(topology), x, tree, rim: rim.into() }
     }
 
     /// Moves it.
@@ -130,9 +138,14 @@ impl Surface {
     }
 
     /// The nearest point of the surface if it is no further than `reach` (m); `likely` is a face to try first.
+    ///
+    /// A point whose nearest is on the rim (a collar, the cut through the waist) looks past the surface and is outside.
     pub fn contact(&self, p: Vec3, reach: f64, likely: Option<u32>) -> Option<Contact> {
         let at = self.tree.closest_point_near(&self.x, p, reach, likely)?;
-        let distance = signed_distance(&self.topology, &self.x, p, &at);
+        let face = self.topology.faces()[at.face as usize];
+        let past = (0..3).all(|i| at.barycentric[i] <= 0.0 || self.rim[face[i] as usize])
+            && at.barycentric.iter().any(|&part| part <= 0.0);
+        let distance = if past { at.distance } else { signed_distance(&self.topology, &self.x, p, &at) };
         let away = if distance < 0.0 { at.point - p } else { p - at.point };
         let outwards = if at.distance > 1e-7 {
             away / at.distance

@@ -119,7 +119,27 @@ impl HairModel {
     /// Coefficients `x_t` of a bust in canonical space (m).
     pub fn bust_coefficients(&self, canonical: &[Vec3]) -> Vec<f64> {
         let numbers: Vec<f32> = canonical.iter().flat_map(|p| p.to_array()).map(|x| x as f32).collect();
-        self.bust.project(&numbers)
+        self.bust_numbers(&numbers)
+    }
+
+    /// The same from three numbers per vertex.
+    pub fn bust_numbers(&self, numbers: &[f32]) -> Vec<f64> {
+        self.bust.project(numbers)
+    }
+
+    /// Coefficients of hair in canonical space, three numbers a point (m).
+    pub fn hair_coefficients(&self, numbers: &[f32]) -> Vec<f64> {
+        let n = self.mean.len();
+        let centred: Vec<f32> = numbers.iter().zip(&self.mean).map(|(a, b)| a - b).collect();
+        self.basis
+            .values()
+            .chunks_exact(n)
+            .zip(self.basis.scales())
+            .map(|(row, &scale)| {
+                let sum: f64 = row.iter().zip(&centred).map(|(&q, &c)| f64::from(f32::from(q) * c)).sum();
+                sum * f64::from(scale)
+            })
+            .collect()
     }
 
     /// The matrix of a style.

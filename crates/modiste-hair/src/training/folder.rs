@@ -102,10 +102,15 @@ impl TrainingFolder {
         const STAGE: &str = "simulate";
         let track = BustTrack::reference(body)?;
         progress.start(STAGE, sequences.len() * self.recipe.cells.len());
-        for (index, sequence) in sequences.iter().enumerate() {
-            let missing: Vec<usize> = (0..self.recipe.cells.len())
-                .filter(|&cell| !modiste_io::exists(self.hair_file(&sequence.name, cell)))
-                .collect();
+        let mut done = 0;
+        // Hair in still air first: a run that is stopped early leaves a set that can be used without its winds.
+        for (windy, (index, sequence)) in
+            [false, true].into_iter().flat_map(|windy| sequences.iter().enumerate().map(move |each| (windy, each)))
+        {
+            let wanted = (0..self.recipe.cells.len()).filter(|&cell| self.recipe.cells[cell].wind.is_some() == windy);
+            let (there, missing): (Vec<usize>, Vec<usize>) =
+                wanted.partition(|&cell| modiste_io::exists(self.hair_file(&sequence.name, cell)));
+            done += there.len();
             if !missing.is_empty() || !modiste_io::exists(self.body_file(&sequence.name)) {
                 let poses = pose_all(body, sequence);
                 let frames = self.write_body(&track, sequence, &poses)?;
@@ -115,10 +120,10 @@ impl TrainingFolder {
                     let mut writer = Writer::new(Header { kind: HAIR_KIND.to_owned(), ..Header::default() });
                     writer.add_i16("hair", &shape, hair);
                     writer.save(self.hair_file(&sequence.name, cell))?;
-                    progress.advance(STAGE, index * self.recipe.cells.len() + cell + 1);
+                    done += 1;
+                    progress.advance(STAGE, done);
                 }
             }
-            progress.advance(STAGE, (index + 1) * self.recipe.cells.len());
         }
         progress.finish(STAGE);
         Ok(())
