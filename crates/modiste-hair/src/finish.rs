@@ -10,6 +10,8 @@ use crate::surface::Surface;
 pub const GAP: f64 = 0.0008;
 /// How much further than needed the surface is looked for (m): what is found out lasts so much longer.
 const AHEAD: f64 = 0.02;
+/// Where parts of a surface may cross, points are looked for as deep as this every time (m).
+const AMONG_FOLDS: f32 = 0.06;
 /// Distances are believed to this (m): what a frame stores as f32 and what faces at an angle leave.
 const DOUBT: f64 = 0.0002;
 
@@ -116,6 +118,9 @@ impl Layer {
                     }
                     *point = contact.at.point + (GAP + DOUBT) * contact.outwards;
                     *away = GAP as f32;
+                }
+                if surface.may_be_crossed(*likely) {
+                    *away = -AMONG_FOLDS;
                 }
                 report.moved = usize::from(start != *point);
                 report

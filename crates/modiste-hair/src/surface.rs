@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use modiste_body::{Part, ScapeModel};
-use modiste_core::{SurfacePoint, Topology, TriangleBvh, Vec3, signed_distance};
+use modiste_core::{SurfacePoint, Topology, TriangleBvh, Vec3, corners, signed_distance};
 
 use crate::HairError;
 
@@ -25,7 +25,14 @@ pub struct Bust {
     topology: Arc<Topology>,
     /// Vertex of the body per vertex of the bust.
     vertices: Vec<u32>,
+    /// Whether a face may be crossed by another part: arms, and what they lie against.
+    crossed: Arc<[bool]>,
 }
+
+/// Faces of the trunk nearer to an upper arm than this in the template pose (m) may be crossed by it.
+const ARM_REACH: f64 = 0.10;
+/// Where a point of the surface is asked whether it can be seen from outside (m above it).
+const JUST_OUTSIDE: f64 = 1e-4;
 
 /// A bust in one pose, ready for questions.
 #[derive(Debug, Clone)]
@@ -35,6 +42,8 @@ pub struct Surface {
     tree: TriangleBvh,
     /// Whether each vertex lies on the rim of the surface.
     rim: Arc<[bool]>,
+    /// Whether each face may be crossed by others of the surface; none where that is ruled out.
+    crossed: Arc<[bool]>,
 }
 
 /// Where a point is with regard to a surface.
@@ -76,7 +85,19 @@ impl Bust {
         if topology.face_count() == 0 {
             return Err(HairError::data("bust", "faces of head, neck and shoulders", "none"));
         }
-        Ok(Self { topology: Arc::new(topology), vertices })
+        let rest = model.template();
+        let arm = |vertex: u32| matches!(parts[vertex as usize], Part::LeftUpperArm | Part::RightUpperArm);
+        let arms: Vec<Vec3> = vertices.iter().filter(|&&v| arm(v)).map(|&v| rest[v as usize]).collect();
+        let crossed = topology
+            .faces()
+            .iter()
+            .map(|face| {
+                let vertex = vertices[face[0] as usize];
+                let at = rest[vertex as usize];
+                parts[vertex as usize] != Part::Head && arms.iter().any(|arm| arm.distance_squared(at) < ARM_REACH * ARM_REACH)
+            })
+            .collect();
+        Ok(Self { topology: Arc::new(topology), vertices, crossed })
     }
 
     /// Vertex of the body per vertex of the bust.
@@ -96,7 +117,7 @@ impl Bust {
 
     /// The bust of a posed body.
     pub fn surface(&self, body: &[Vec3]) -> Surface {
-        Surface::new(&self.topology, self.gather(body))
+        Surface { crossed: Arc::clone(&self.crossed), ..Surface::new(&self.topology, self.gather(body)) }
     }
 }
 
@@ -110,7 +131,7 @@ impl Surface {
                 rim[vertex as usize] = true;
             }
         }
-        Self { topology: Arc::clone(topology), x, tree, rim: rim.into() }
+        Self { topology: Arc::clone(topology), x, tree, rim: rim.into(), crossed: Arc::from([]) }
     }
 
     /// Moves it.
@@ -146,13 +167,43 @@ impl Surface {
         let past = (0..3).all(|i| at.barycentric[i] <= 0.0 || self.rim[face[i] as usize])
             && at.barycentric.iter().any(|&part| part <= 0.0);
         let distance = if past { at.distance } else { signed_distance(&self.topology, &self.x, p, &at) };
+        if self.may_be_crossed(at.face) {
+            return Some(self.contact_among_folds(p, at, distance, past));
+        }
+        Some(self.towards(p, at, distance))
+    }
+
+    /// Whether a face may be crossed by others, so that distances to it say little of the next place.
+    pub fn may_be_crossed(&self, face: u32) -> bool {
+        self.crossed.get(face as usize).copied().unwrap_or(false)
+    }
+
+    /// Where an arm has sunk into the chest, the nearest face does not tell inside from outside: the winding number does, and
+    /// the way out leads to the nearest place that can be seen.
+    fn contact_among_folds(&self, p: Vec3, at: SurfacePoint, distance: f64, past: bool) -> Contact {
+        let inside = |p: Vec3| self.tree.winding_number(&self.x, p) > 0.5;
+        if past || !inside(p) {
+            return self.towards(p, at, at.distance);
+        }
+        let visible = |face: u32, at: Vec3| {
+            let [a, b, c] = corners(self.topology.faces()[face as usize], &self.x);
+            !inside(at + JUST_OUTSIDE * (b - a).cross(c - a).normalize_or_zero())
+        };
+        if distance < 0.0 && visible(at.face, at.point) {
+            return self.towards(p, at, distance);
+        }
+        let out = self.tree.closest_point_where(&self.x, p, f64::INFINITY, None, visible).unwrap_or(at);
+        self.towards(p, out, -out.distance)
+    }
+
+    fn towards(&self, p: Vec3, at: SurfacePoint, distance: f64) -> Contact {
         let away = if distance < 0.0 { at.point - p } else { p - at.point };
         let outwards = if at.distance > 1e-7 {
             away / at.distance
         } else {
             modiste_core::pseudonormal(&self.topology, &self.x, &at).normalize_or(Vec3::Y)
         };
-        Some(Contact { at, distance, outwards })
+        Contact { at, distance, outwards }
     }
 
     /// The point itself, or the nearest one that is `clearance` (m) above the surface when it is below that.

@@ -21,8 +21,8 @@ const CHUNK: usize = 512;
 /// Every so many training sequences, one is kept back to choose the ridge by.
 const CHOOSE_EVERY: usize = 6;
 /// Ridges that are tried.
-const INDEPENDENT: [f64; 3] = [1e-5, 1e-4, 1e-3];
-const SHARED: [f64; 5] = [1e-4, 1e-3, 1e-2, 3e-2, 1e-1];
+const INDEPENDENT: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
+const SHARED: [f64; 5] = [1e-3, 1e-2, 3e-2, 1e-1, 3e-1];
 /// A style whose largest eigenvalue is above this is not taken.
 const STABLE: f64 = 0.995;
 
@@ -254,7 +254,7 @@ fn free_error(model: &HairModel, trial: &[&Reduced], ridge: Ridge) -> Result<f64
 
 /// The best ridge with which every style is stable; where none of those tried is, stronger ones.
 fn first_stable(model: &HairModel, ridges: &[Ridge]) -> Result<Ridge, HairError> {
-    let strongest = Ridge { independent: 1e-2, shared: 0.3 };
+    let strongest = Ridge { independent: 0.1, shared: 1.0 };
     for &ridge in ridges.iter().chain([&strongest]) {
         if largest_eigenvalue(model, ridge)? < STABLE {
             return Ok(ridge);

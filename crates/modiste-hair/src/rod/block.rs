@@ -22,6 +22,8 @@ use crate::POINTS;
 pub(super) const SEGMENTS: usize = POINTS - 1;
 /// Strength of the clamp at the root relative to a joint: the middle of the first segment is half a segment away.
 const CLAMP: f32 = 2.0;
+/// Joints from the root on that styling stiffens.
+const STYLED: usize = 5;
 /// Mass of a point that is held in place, in masses of a free one.
 const HELD: f32 = 1e9;
 
@@ -71,6 +73,8 @@ pub(super) struct Block {
     stiffness: Lane,
     /// Twisting stiffness (GJ/μ)/l² (m²/s²), as torques here are per mass of a point.
     twisting: Lane,
+    /// Stiffness of each joint relative to `stiffness`.
+    profile: [f32; SEGMENTS],
     /// The turn at rest of each joint in the material frame of the segment before it.
     rest_turns: [Lane3; SEGMENTS],
     /// Twist of each segment (rad).
@@ -95,6 +99,8 @@ pub(super) struct Make {
     pub bending: f64,
     /// GJ / EI.
     pub twist_ratio: f64,
+    /// How much stiffer the joint at the root is than those beyond, as styling makes it; falls to 1 over a few joints.
+    pub root_stiffness: f64,
     /// Whether the tip is held where it is, as in a catenary.
     pub held_tip: bool,
 }
@@ -113,7 +119,12 @@ impl Block {
         weights[0] = Lane::splat(0.0);
         // Half a segment hangs on the tip, a whole one on every other point.
         weights[POINTS - 1] = Lane::splat(if make.held_tip { 0.0 } else { 2.0 });
-        let factor = Factor::new(stiffness, &weights, forces);
+        let profile = std::array::from_fn(|joint| {
+            let near = (1.0 - joint as f32 / STYLED as f32).max(0.0);
+            let clamp = if joint == 0 { CLAMP } else { 1.0 };
+            clamp * (1.0 + (make.root_stiffness as f32 - 1.0) * near)
+        });
+        let factor = Factor::new(stiffness, &profile, &weights, forces);
         let mut block = Self {
             x: rest,
             v: [Lane3::default(); POINTS],
@@ -121,6 +132,7 @@ impl Block {
             length,
             stiffness,
             twisting,
+            profile,
             rest_turns: [Lane3::default(); SEGMENTS],
             twist: [Lane::default(); SEGMENTS],
             weights,
@@ -176,7 +188,7 @@ impl Block {
             let turn = frame.twisted(self.rest_turns[joint], twist);
             let behind = if joint == 0 { frame.tangent * self.length } else { self.x[joint] - self.x[joint - 1] };
             let strain = edge - behind - turn * self.length;
-            let k = if joint == 0 { k * Lane::splat(CLAMP) } else { k };
+            let k = k * Lane::splat(self.profile[joint]);
             let force = strain * k;
             push[joint + 1] -= force;
             push[joint] += force;
@@ -191,7 +203,7 @@ impl Block {
             // The torque of joint j acts on segment j − 1.
             let across = frame.tangent.cross(turn);
             torques[joint] = force.dot(across) * self.length;
-            resistances[joint] = across.dot(across) * self.stiffness * self.length * self.length;
+            resistances[joint] = across.dot(across) * k * self.length * self.length;
             frame = frame.carried(edge * edge.length().max(Lane::splat(1e-9)).recip());
         }
         self.relax_twist(&torques, &resistances);
@@ -320,8 +332,7 @@ impl Block {
             let turn = frame.twisted(self.rest_turns[joint], twist);
             let behind = if joint == 0 { frame.tangent * self.length } else { self.x[joint] - self.x[joint - 1] };
             let strain = (edge - behind - turn * self.length).get(lane);
-            let clamp = if joint == 0 { f64::from(CLAMP) } else { 1.0 };
-            sum += 0.5 * clamp * f64::from(self.stiffness.0[lane]) * strain.length_squared();
+            sum += 0.5 * f64::from(self.profile[joint]) * f64::from(self.stiffness.0[lane]) * strain.length_squared();
             frame = frame.carried(edge * edge.length().recip());
         }
         sum
@@ -368,7 +379,7 @@ impl Frame {
 }
 
 impl Factor {
-    fn new(stiffness: Lane, weights: &[Lane; POINTS], forces: &Forces) -> Self {
+    fn new(stiffness: Lane, profile: &[f32; SEGMENTS], weights: &[Lane; POINTS], forces: &Forces) -> Self {
         let mut factor =
             Self { inverse: Default::default(), below: Default::default(), below2: Default::default() };
         let h = f64::from(forces.step);
@@ -380,14 +391,14 @@ impl Factor {
                 let damping = 1.0 + h * f64::from(drag_at(row + 1, forces.drag));
                 bands[0][row] = f64::from(mass(weights[row + 1].0[lane])) * damping;
             }
-            bands[0][0] += f64::from(CLAMP) * k;
+            bands[0][0] += f64::from(profile[0]) * k;
             for joint in 1..SEGMENTS {
                 // x_{j+1} − 2 x_j + x_{j−1}; rows count from point 1, and the root is no unknown.
                 let entries = [(joint as isize, 1.0), (joint as isize - 1, -2.0), (joint as isize - 2, 1.0)];
                 for &(a, at_a) in &entries {
                     for &(b, at_b) in &entries {
                         if b >= 0 && a >= b {
-                            bands[(a - b) as usize][a as usize] += k * at_a * at_b;
+                            bands[(a - b) as usize][a as usize] += k * f64::from(profile[joint]) * at_a * at_b;
                         }
                     }
                 }

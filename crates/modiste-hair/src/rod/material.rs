@@ -10,7 +10,7 @@ pub(crate) const GRAVITY: f64 = 9.81;
 
 /// Bending length (m) of the stiffest and of the softest hair. A single human hair of 70–80 µm has 4–6 cm; a guide stands for
 /// a lock, stiffer when hairs stick together, softer when they slip.
-const BENDING_LENGTHS: [f64; 2] = [0.11, 0.03];
+const BENDING_LENGTHS: [f64; 2] = [0.11, 0.035];
 
 /// What hair is made of. All strengths are divided by the mass per length, which then drops out.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -19,6 +19,8 @@ pub struct Material {
     pub bending_length: f64,
     /// Twisting over bending stiffness, GJ / EI: 2/3 for a round rod that keeps its volume.
     pub twist_ratio: f64,
+    /// Stiffness at the root over that beyond: what a comb and styling leave.
+    pub root_stiffness: f64,
     /// Air drag: rate (1/s) at which hair takes on the velocity of the air.
     pub drag: f64,
     /// Coulomb friction against skin.
@@ -38,6 +40,7 @@ impl Material {
         Ok(Self {
             bending_length: stiff * (soft / stiff).powf(softness),
             twist_ratio: 2.0 / 3.0,
+            root_stiffness: 40.0,
             drag: 3.0,
             friction: 0.25,
             cohesion: 6.0,

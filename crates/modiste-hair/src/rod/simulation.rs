@@ -125,7 +125,7 @@ impl Simulation {
             friction: material.friction as f32,
             gravity: Lane3::splat(GRAVITY * Vec3::NEG_Y),
         };
-        let make = Make { bending: material.bending(), twist_ratio: material.twist_ratio, held_tip: false };
+        let make = Make { bending: material.bending(), twist_ratio: material.twist_ratio, root_stiffness: material.root_stiffness, held_tip: false };
         let origin = centroid(surface.vertices());
         let rest = body.rest_vertices();
         let mut root_frames = Vec::with_capacity(count);

@@ -37,7 +37,7 @@ fn a_cantilever_sags_by_wl4_over_8ei() {
     // Euler and Bernoulli: tip deflection g L⁴ / (8 B) with B = EI/μ, for small deflections.
     for bending_length in [0.4f64, 0.6] {
         let bending = GRAVITY * bending_length.powi(3);
-        let make = Make { bending, twist_ratio: 0.7, held_tip: false };
+        let make = Make { bending, twist_ratio: 0.7, root_stiffness: 1.0, held_tip: false };
         let forces = forces(1.0 / 360.0, 20.0, GRAVITY * Vec3::NEG_Y);
         let root = frame(Vec3::X);
         let mut block = Block::new(straight(Vec3::X), root, make, &forces);
@@ -51,7 +51,7 @@ fn a_cantilever_sags_by_wl4_over_8ei() {
 
 #[test]
 fn a_limp_hair_held_at_both_ends_hangs_in_a_catenary() {
-    let make = Make { bending: 0.0, twist_ratio: 0.7, held_tip: true };
+    let make = Make { bending: 0.0, twist_ratio: 0.7, root_stiffness: 1.0, held_tip: true };
     let forces = forces(1.0 / 360.0, 8.0, GRAVITY * Vec3::NEG_Y);
     // A zigzag of full length between ends that are nearer together.
     let span: f64 = 0.2;
@@ -83,7 +83,7 @@ fn a_limp_hair_held_at_both_ends_hangs_in_a_catenary() {
 #[test]
 fn a_hanging_chain_swings_with_the_period_of_the_bessel_zero() {
     // Bernoulli 1733: ω = (j₀₁ / 2) √(g / L), j₀₁ = 2.40483; the first mode is J₀(j₀₁ √(s / L)), s from the tip.
-    let make = Make { bending: 0.0, twist_ratio: 0.7, held_tip: false };
+    let make = Make { bending: 0.0, twist_ratio: 0.7, root_stiffness: 1.0, held_tip: false };
     let forces = forces(1.0 / 720.0, 0.0, GRAVITY * Vec3::NEG_Y);
     let root = frame(Vec3::NEG_Y);
     let bessel = |x: f64| {
@@ -130,7 +130,7 @@ fn a_heavy_tip_twists_a_bent_hair_by_torque_times_length_over_gj() {
     });
     let push = 0.02;
     let bending = 9.81 * 0.1f64.powi(3);
-    let make = Make { bending, twist_ratio: 0.05, held_tip: false };
+    let make = Make { bending, twist_ratio: 0.05, root_stiffness: 1.0, held_tip: false };
     let forces = forces(1.0 / 720.0, 8.0, Vec3::new(0.0, 0.0, push));
     let root = frame(Vec3::NEG_Y);
     let mut block = Block::new(rest, root, make, &forces);
@@ -154,7 +154,7 @@ fn the_elastic_push_is_the_slope_of_the_energy() {
     let forces = forces(1e-6, 0.0, Vec3::ZERO);
     let tangent = (rest[1].get(0) - rest[0].get(0)).normalize();
     let root = frame(tangent);
-    let make = Make { bending: 1e-3, twist_ratio: 0.7, held_tip: false };
+    let make = Make { bending: 1e-3, twist_ratio: 0.7, root_stiffness: 1.0, held_tip: false };
     let mut block = Block::new(rest, root, make, &forces);
     assert!(block.elastic_push(root).iter().all(|push| push.get(0).length() < 2e-2), "at rest nothing pushes");
     for (i, x) in block.x.iter_mut().enumerate().skip(1) {
@@ -183,7 +183,7 @@ fn the_elastic_push_is_the_slope_of_the_energy() {
 
 #[test]
 fn segments_keep_their_length_while_the_root_is_shaken() {
-    let make = Make { bending: 9.81 * 0.04f64.powi(3), twist_ratio: 0.7, held_tip: false };
+    let make = Make { bending: 9.81 * 0.04f64.powi(3), twist_ratio: 0.7, root_stiffness: 1.0, held_tip: false };
     let forces = forces(1.0 / 360.0, 3.0, GRAVITY * Vec3::NEG_Y);
     let root = frame(Vec3::X);
     let mut block = Block::new(straight(Vec3::X), root, make, &forces);
