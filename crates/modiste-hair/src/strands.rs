@@ -42,6 +42,16 @@ impl FullHair {
         Ok(Self { roots, followed, stray })
     }
 
+    /// Where the strands are rooted.
+    pub fn roots(&self) -> &[Root] {
+        &self.roots
+    }
+
+    /// The guides that each strand follows, with their weights.
+    pub(crate) fn followed(&self) -> &[[(u32, f64); FOLLOWED]] {
+        &self.followed
+    }
+
     /// Number of strands.
     pub fn count(&self) -> usize {
         self.roots.len()

@@ -16,13 +16,27 @@ pub struct MovingMesh<'a> {
     pub frames: &'a [Vec<[f32; 3]>],
 }
 
-/// Writes an npz with, for each mesh, `<name>` (F, V, 3) f32 and `<name>_faces` (T, 3) u32, and `fps`.
-///
-/// By convention the first mesh is called "body". Frames go to the file one by one.
+/// Curves in motion, such as hair.
+#[derive(Debug, Clone, Copy)]
+pub struct MovingCurves<'a> {
+    /// Name of the array.
+    pub name: &'a str,
+    /// Points of each curve.
+    pub points_per_curve: usize,
+    /// Points in world (m) of all curves, one after the other, in each frame.
+    pub frames: &'a [Vec<[f32; 3]>],
+}
+
+/// [`write`] with, for each set of curves, a further array `<name>` (F, N, P, 3) f32.
 ///
 /// # Errors
-/// [`IoError`] naming the mesh: no frames, frames of different sizes, or faces that name absent vertices.
-pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[MovingMesh<'_>]) -> Result<(), IoError> {
+/// As [`write`]; also frames that are no whole number of curves.
+pub fn write_with_curves(
+    path: impl AsRef<Path>,
+    fps: f64,
+    meshes: &[MovingMesh<'_>],
+    curves: &[MovingCurves<'_>],
+) -> Result<(), IoError> {
     let path = path.as_ref();
     let file = path.display().to_string();
     if !(fps.is_finite() && fps > 0.0) {
@@ -32,6 +46,14 @@ pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[MovingMesh<'_>]) -> Res
     for mesh in meshes {
         check(mesh, frame_count, &file)?;
     }
+    for curves in curves {
+        check(&MovingMesh { name: curves.name, faces: &[], frames: curves.frames }, frame_count, &file)?;
+        let points = curves.frames[0].len();
+        if curves.points_per_curve == 0 || !points.is_multiple_of(curves.points_per_curve) {
+            let wanted = format!("a multiple of {} points", curves.points_per_curve);
+            return Err(IoError::field(&file, format!("curves \"{}\"", curves.name), wanted, points));
+        }
+    }
     write_atomically(path, |file| {
         let mut archive = ArchiveWriter::new(file);
         for mesh in meshes {
@@ -40,9 +62,24 @@ pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[MovingMesh<'_>]) -> Res
             archive.add(mesh.name, &[mesh.frames.len(), vertex_count, 3], frames)?;
             archive.add(&format!("{}_faces", mesh.name), &[mesh.faces.len(), 3], [mesh.faces.as_flattened()])?;
         }
+        for curves in curves {
+            let each = curves.points_per_curve;
+            let shape = [curves.frames.len(), curves.frames[0].len() / each, each, 3];
+            archive.add(curves.name, &shape, curves.frames.iter().map(|frame| frame.as_flattened()))?;
+        }
         archive.add("fps", &[], [&[fps][..]])?;
         archive.finish()
     })
+}
+
+/// Writes an npz with, for each mesh, `<name>` (F, V, 3) f32 and `<name>_faces` (T, 3) u32, and `fps`.
+///
+/// By convention the first mesh is called "body". Frames go to the file one by one.
+///
+/// # Errors
+/// [`IoError`] naming the mesh: no frames, frames of different sizes, or faces that name absent vertices.
+pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[MovingMesh<'_>]) -> Result<(), IoError> {
+    write_with_curves(path, fps, meshes, &[])
 }
 
 fn check(mesh: &MovingMesh<'_>, frame_count: usize, file: &str) -> Result<(), IoError> {
@@ -68,7 +105,7 @@ fn check(mesh: &MovingMesh<'_>, frame_count: usize, file: &str) -> Result<(), Io
 
 #[cfg(test)]
 mod tests {
-    use super::{MovingMesh, write};
+    use super::{MovingCurves, MovingMesh, write, write_with_curves};
     use crate::npz::Reader;
 
     #[test]
@@ -88,6 +125,12 @@ mod tests {
         assert_eq!(reader.f32("tshirt").unwrap().shape, [4, 5, 3]);
         assert_eq!(reader.triangles("tshirt_faces").unwrap(), faces);
         assert!((reader.scalar("fps").unwrap() - 30.0).abs() < 1e-12);
+
+        let curves = |each, frames| MovingCurves { name: "hair", points_per_curve: each, frames };
+        write_with_curves(&path, 30.0, &[mesh("body", &body)], &[curves(5, &shirt)]).unwrap();
+        assert_eq!(Reader::open(&path).unwrap().f32("hair").unwrap().shape, [4, 1, 5, 3]);
+        let uneven = write_with_curves(&path, 30.0, &[mesh("body", &body)], &[curves(3, &shirt)]).unwrap_err();
+        assert!(uneven.to_string().contains("a multiple of 3 points, found 5"), "{uneven}");
 
         let message = |meshes: &[MovingMesh<'_>], fps| write(&path, fps, meshes).unwrap_err().to_string();
         assert!(

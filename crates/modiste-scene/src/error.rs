@@ -1,6 +1,7 @@
 //! Why a person cannot be animated or exported.
 
 use modiste_garment::GarmentError;
+use modiste_hair::HairError;
 use modiste_io::IoError;
 
 /// Why a person cannot be animated or exported.
@@ -12,6 +13,9 @@ pub enum SceneError {
     /// A garment cannot be worn.
     #[error(transparent)]
     Garment(#[from] GarmentError),
+    /// Hair cannot be worn.
+    #[error(transparent)]
+    Hair(#[from] HairError),
     /// The motion has no frames.
     #[error("the motion has no frames")]
     NoFrames,

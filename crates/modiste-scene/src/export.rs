@@ -7,7 +7,7 @@ use modiste_io::{StagedFolder, dressed, glb, png};
 use serde::{Deserialize, Serialize};
 
 use crate::timing::{Stage, Summary};
-use crate::{Animation, GarmentFit, Machine, SceneError};
+use crate::{Animation, GarmentFit, HairReport, Machine, SceneError};
 
 /// Frames at the start that the times leave out: memory is touched for the first time there.
 const WARM_UP: usize = 3;
@@ -17,6 +17,7 @@ const SHEET_FRAMES: usize = 8;
 /// How matt skin and cloth are in the scene.
 const SKIN_ROUGHNESS: f32 = 0.6;
 const CLOTH_ROUGHNESS: f32 = 0.9;
+const HAIR_ROUGHNESS: f32 = 0.45;
 /// Schema of `report.json`.
 const REPORT_SCHEMA: &str = "modiste-dress-1";
 
@@ -65,6 +66,9 @@ pub struct Report {
     pub machine: Machine,
     /// Vertices inside the body, before and after the fit.
     pub penetration: Vec<GarmentFit>,
+    /// The hair, if there is any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hair: Option<HairReport>,
     /// How far vertices in the scene file lie from those in the arrays: the scene is compressed.
     pub scene_error_mm: SceneAccuracy,
     /// What the user should know.
@@ -142,6 +146,7 @@ pub fn report(animation: &Animation, subject: Subject, warnings: Vec<String>, sc
         milliseconds_per_frame: times(),
         machine: Machine::this(),
         penetration: animation.fits.clone(),
+        hair: animation.hair.as_ref().map(|hair| hair.report.clone()),
         scene_error_mm,
         warnings,
     }
@@ -165,6 +170,19 @@ fn write_scene(animation: &Animation, path: &Path) -> Result<SceneAccuracy, Scen
             }
         })
         .collect();
+    let strips = animation.hair.as_ref().map(|hair| hair.strips(animation));
+    let mut meshes = meshes;
+    if let (Some(strips), Some(hair)) = (&strips, &animation.hair) {
+        let [red, green, blue] = hair.colour.map(|component| linear_from_srgb(component.into()) as f32);
+        meshes.push(glb::AnimatedMesh {
+            name: "hair",
+            faces: &strips.faces,
+            frames: &strips.frames,
+            colour: [red, green, blue, 1.0],
+            roughness: HAIR_ROUGHNESS,
+            double_sided: true,
+        });
+    }
     let summary = glb::write_animation(path, animation.fps, &meshes)?;
     let worst = |error: fn(&glb::MeshSummary) -> f64| 1e3 * summary.meshes.iter().map(error).fold(0.0, f64::max);
     Ok(SceneAccuracy { rms: worst(|mesh| mesh.rms_error), largest: worst(|mesh| mesh.max_error) })
@@ -177,7 +195,12 @@ fn write_arrays(animation: &Animation, path: &Path) -> Result<(), SceneError> {
         .iter()
         .map(|track| dressed::MovingMesh { name: &track.name, faces: track.topology.faces(), frames: &track.frames })
         .collect();
-    Ok(dressed::write(path, animation.fps, &meshes)?)
+    let hair = animation.hair.as_ref().map(|hair| dressed::MovingCurves {
+        name: "hair",
+        points_per_curve: modiste_hair::POINTS,
+        frames: &hair.frames,
+    });
+    Ok(dressed::write_with_curves(path, animation.fps, &meshes, hair.as_slice())?)
 }
 
 #[cfg(test)]
@@ -217,6 +240,7 @@ mod tests {
             headings: vec![0.0; frames],
             timing,
             fits: Vec::new(),
+            hair: None,
         }
     }
 

@@ -10,8 +10,9 @@ use modiste_garment::refine::{FitOptions, Penetration as FramePenetration};
 use modiste_garment::{DrapeModel, FrameReport, Outfit};
 
 use crate::animation::{GarmentFit, Penetration, Track, stored};
+use crate::hair::HairRecorder;
 use crate::timing::timed;
-use crate::{Animation, SceneError, Stage, Timing};
+use crate::{Animation, SceneError, Stage, Timing, WornStyle};
 
 /// Colour of the body in pictures (sRGB).
 const SKIN: [f32; 3] = [0.80, 0.63, 0.54];
@@ -25,6 +26,7 @@ const BODY: &str = "body";
 pub struct Person {
     body: Body,
     garments: Vec<Arc<DrapeModel>>,
+    hair: Option<WornStyle>,
 }
 
 impl Person {
@@ -48,7 +50,13 @@ impl Person {
             }
         }
         garments.sort_by_key(|model| model.garment().waist_band.is_empty());
-        Ok(Self { body, garments })
+        Ok(Self { body, garments, hair: None })
+    }
+
+    /// The same person with hair.
+    #[must_use]
+    pub fn with_hair(self, hair: WornStyle) -> Self {
+        Self { hair: Some(hair), ..self }
     }
 
     /// The body.
@@ -92,10 +100,16 @@ impl Person {
         let mut timing = Timing::default();
         let mut before = vec![Vec::new(); self.garments.len()];
         let mut after = before.clone();
+        let hair = self.hair.as_ref().map(|hair| HairRecorder::new(hair, &self.body, &self.garments, motion.frames.len()));
+        let mut hair = hair.transpose()?;
         progress.start(STAGE, motion.frames.len());
         for (frame, pose) in motion.frames.iter().enumerate() {
             let ((), posing) = timed(|| self.body.pose(pose, &mut vertices));
             timing.push(times(posing, outfit.step(pose, &vertices)));
+            if let Some(hair) = &mut hair {
+                let layers: Vec<&[Vec3]> = (0..self.garments.len()).map(|layer| outfit.vertices(layer)).collect();
+                hair.step(frame, pose, &vertices, &layers)?;
+            }
             tree.refit(&vertices);
             tracks[0].frames.push(stored(&vertices));
             for (layer, track) in tracks[1..].iter_mut().enumerate() {
@@ -107,7 +121,8 @@ impl Person {
         }
         progress.finish(STAGE);
         let fits = self.fits(&before, &after);
-        Ok(Animation { fps: motion.fps, tracks, headings: headings(motion), timing, fits })
+        let hair = hair.and_then(HairRecorder::finish);
+        Ok(Animation { fps: motion.fps, tracks, hair, headings: headings(motion), timing, fits })
     }
 
     fn empty_tracks(&self, frames: usize) -> Vec<Track> {

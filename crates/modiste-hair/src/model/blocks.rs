@@ -64,6 +64,11 @@ impl Blocks {
         Ok(Self { size, count, triangle, products: (0..count * count).map(|_| OnceLock::new()).collect() })
     }
 
+    /// The same blocks, without what has been made of them so far.
+    pub(super) fn copied(&self) -> Result<Self, HairError> {
+        Self::from_triangle(self.triangle.clone(), self.size, self.count)
+    }
+
     /// Rows of a block, d_a.
     pub fn size(&self) -> usize {
         self.size

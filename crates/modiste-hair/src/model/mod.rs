@@ -1,6 +1,7 @@
 //! The learned hair: bases of hair and bust, and the multilinear model between them.
 
 mod blocks;
+mod densify;
 mod dynamics;
 mod expansion;
 mod file;
