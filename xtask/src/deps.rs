@@ -14,11 +14,31 @@ const DIRECTION: [(&str, &[&str]); 10] = [
     ("modiste-garment", &["modiste-core", "modiste-io", "modiste-body", "modiste-cloth"]),
     ("modiste-hair", &["modiste-core", "modiste-io", "modiste-body"]),
     ("modiste-scene", &["modiste-core", "modiste-io", "modiste-body", "modiste-garment", "modiste-hair"]),
-    ("modiste", &["modiste-core", "modiste-io", "modiste-body", "modiste-cloth", "modiste-garment", "modiste-hair", "modiste-scene"]),
+    (
+        "modiste",
+        &[
+            "modiste-core",
+            "modiste-io",
+            "modiste-body",
+            "modiste-cloth",
+            "modiste-garment",
+            "modiste-hair",
+            "modiste-scene",
+        ],
+    ),
     ("modiste-cli", &["modiste", "modiste-core"]),
     (
         "xtask",
-        &["modiste-core", "modiste-io", "modiste-body", "modiste-cloth", "modiste-garment", "modiste-hair", "modiste-scene", "modiste"],
+        &[
+            "modiste-core",
+            "modiste-io",
+            "modiste-body",
+            "modiste-cloth",
+            "modiste-garment",
+            "modiste-hair",
+            "modiste-scene",
+            "modiste",
+        ],
     ),
 ];
 

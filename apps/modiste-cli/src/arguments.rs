@@ -9,6 +9,8 @@ use modiste::{
     GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, Quantity, Sources,
 };
 
+use crate::hair::{BenchHairArguments, HairArguments, HairCommand};
+
 /// Dressed virtual people, learned from data.
 #[derive(Debug, Parser)]
 #[command(name = "modiste", version, arg_required_else_help = true)]
@@ -30,6 +32,9 @@ enum Command {
     /// Simulate and learn garments.
     #[command(subcommand)]
     Garment(GarmentCommand),
+    /// Learn hair, and let it follow a motion.
+    #[command(subcommand)]
+    Hair(HairCommand),
     /// Measure how long a frame takes on this machine.
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -60,6 +65,9 @@ enum BenchCommand {
     /// Time the outfits of DRAPE's table 1 from the pose in to the vertices out, one character at a time.
     #[command(after_help = "Example:\n  modiste bench dress --json")]
     Dress(BenchDressArguments),
+    /// Time learned hair beside our physics.
+    #[command(after_help = "Example:\n  modiste bench hair --json")]
+    Hair(BenchHairArguments),
 }
 
 #[derive(Debug, Subcommand)]
@@ -95,6 +103,8 @@ struct DressArguments {
     /// Garments, with commas between: names of those that ship, or model files; `none` for the bare body.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "tshirt,shorts")]
     garments: Vec<String>,
+    #[command(flatten)]
+    hair: HairArguments,
     /// Number of frames (30 a second); otherwise all of the file, or 4 seconds.
     #[arg(long, value_name = "NUMBER", conflicts_with = "seconds")]
     frames: Option<usize>,
@@ -338,7 +348,7 @@ struct BodyArguments {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum GenderName {
+pub(crate) enum GenderName {
     Female,
     Male,
 }
@@ -358,6 +368,8 @@ impl Arguments {
     pub(crate) fn job(&self) -> Result<Job> {
         Ok(match &self.command {
             Command::Dress(arguments) => Job::Dress(arguments.job()),
+            Command::Hair(command) => command.job(),
+            Command::Bench(BenchCommand::Hair(arguments)) => Job::BenchHair(arguments.job()),
             Command::Bench(BenchCommand::Dress(arguments)) => Job::BenchDress(BenchDress {
                 gender: arguments.gender.into(),
                 threads: arguments.threads.clone(),
@@ -387,6 +399,8 @@ impl Arguments {
     pub(crate) fn json(&self) -> bool {
         match &self.command {
             Command::Dress(arguments) => arguments.json,
+            Command::Hair(command) => command.json(),
+            Command::Bench(BenchCommand::Hair(arguments)) => arguments.json,
             Command::Bench(BenchCommand::Dress(arguments)) => arguments.json,
             Command::Body(BodyCommand::Make(arguments)) => arguments.json,
             Command::Body(BodyCommand::Measure(arguments)) => arguments.json,
@@ -412,6 +426,7 @@ impl DressArguments {
             body: self.body.choice(),
             motion,
             garments: self.garments.iter().filter(|name| *name != "none").cloned().collect(),
+            hair: self.hair.choice(),
             length,
             out: self.out.clone(),
         }

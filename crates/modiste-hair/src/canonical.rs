@@ -119,7 +119,9 @@ impl BustTrack {
         let middle = skull_middle(body);
         let side = |wanted: f64| -> Vec<usize> {
             (0..vertices.len())
-                .filter(|&i| parts[i] == Part::Head && wanted * (own[i].z - middle.z) > FACE && own[i].y > middle.y - 0.05)
+                .filter(|&i| {
+                    parts[i] == Part::Head && wanted * (own[i].z - middle.z) > FACE && own[i].y > middle.y - 0.05
+                })
                 .collect()
         };
         let (front, back) = (side(1.0), side(-1.0));

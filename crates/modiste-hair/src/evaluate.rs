@@ -4,9 +4,9 @@ use modiste_core::Progress;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use crate::HairError;
 use crate::model::{Dynamics, HairModel};
 use crate::training::{Factors, TrainingFolder};
-use crate::HairError;
 
 /// Every so many frames, points are compared; the dynamics run through all.
 const EVERY: usize = 3;

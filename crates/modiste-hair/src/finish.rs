@@ -140,18 +140,23 @@ mod tests {
     #[test]
     fn no_point_stays_inside_and_the_memory_changes_nothing() {
         let ball = icosphere(4);
-        let at = |t: f64| -> Vec<Vec3> { ball.vertices.iter().map(|v| 0.1 * *v + Vec3::new(0.01 * t, 0.0, 0.0)).collect() };
+        let at =
+            |t: f64| -> Vec<Vec3> { ball.vertices.iter().map(|v| 0.1 * *v + Vec3::new(0.01 * t, 0.0, 0.0)).collect() };
         let mut surface = Surface::new(&ball.topology, at(0.0));
         let mut rng = seeded_rng(9);
         let base: Vec<Vec3> = (0..20 * POINTS)
-            .map(|_| 0.1 * Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng)).normalize() * (1.0 + 0.2 * normal(&mut rng)))
+            .map(|_| {
+                0.1 * Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng)).normalize()
+                    * (1.0 + 0.2 * normal(&mut rng))
+            })
             .collect();
         let mut finish = Finish::new();
         let mut asked = Vec::new();
         for frame in 0..12 {
             let t = f64::from(frame);
             surface.set(&at(t));
-            let mut points: Vec<Vec3> = base.iter().map(|p| *p + Vec3::new(0.012 * t, 0.003 * (t * 0.7).sin(), 0.0)).collect();
+            let mut points: Vec<Vec3> =
+                base.iter().map(|p| *p + Vec3::new(0.012 * t, 0.003 * (t * 0.7).sin(), 0.0)).collect();
             let mut plain = points.clone();
             asked.push(finish.apply(&mut points, &[&surface]).asked);
             Finish::new().apply(&mut plain, &[&surface]);

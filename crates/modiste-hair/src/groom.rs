@@ -203,8 +203,7 @@ impl Strand<'_> {
             let comb = self.style.comb(p - self.middle);
             comb.reject_from_normalized(out).normalize_or_zero()
         };
-        let mut direction =
-            (comb(root) + recipe.lift * out + recipe.scatter * self.scatter[0]).normalize_or(out);
+        let mut direction = (comb(root) + recipe.lift * out + recipe.scatter * self.scatter[0]).normalize_or(out);
         let mut curve = vec![root];
         let mut p = root;
         for index in 0..count {

@@ -41,11 +41,7 @@ pub fn skull_middle(body: &Body) -> Vec3 {
         body.rest_vertices().iter().zip(parts).filter(|(_, part)| **part == Part::Head).map(|(v, _)| *v).collect();
     let (low, high) = bounds(&head).unwrap_or((Vec3::ZERO, Vec3::ONE));
     let [down, forwards] = MIDDLE;
-    Vec3::new(
-        0.5 * (low.x + high.x),
-        high.y - down * (high.y - low.y),
-        low.z + forwards * (high.z - low.z),
-    )
+    Vec3::new(0.5 * (low.x + high.x), high.y - down * (high.y - low.y), low.z + forwards * (high.z - low.z))
 }
 
 /// Whether a direction from the middle of the skull meets the scalp.
@@ -186,4 +182,3 @@ pub fn nearest_roots(positions: &[Vec3], wanted: usize) -> Vec<Vec<u32>> {
         })
         .collect()
 }
-

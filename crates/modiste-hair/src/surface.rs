@@ -80,8 +80,8 @@ impl Bust {
             }
         }
         let faces = kept.into_iter().map(|face| face.map(|vertex| index[vertex as usize])).collect();
-        let topology = Topology::new(vertices.len(), faces)
-            .map_err(|error| HairError::data("bust", "a mesh", error))?;
+        let topology =
+            Topology::new(vertices.len(), faces).map_err(|error| HairError::data("bust", "a mesh", error))?;
         if topology.face_count() == 0 {
             return Err(HairError::data("bust", "faces of head, neck and shoulders", "none"));
         }
@@ -94,7 +94,8 @@ impl Bust {
             .map(|face| {
                 let vertex = vertices[face[0] as usize];
                 let at = rest[vertex as usize];
-                parts[vertex as usize] != Part::Head && arms.iter().any(|arm| arm.distance_squared(at) < ARM_REACH * ARM_REACH)
+                parts[vertex as usize] != Part::Head
+                    && arms.iter().any(|arm| arm.distance_squared(at) < ARM_REACH * ARM_REACH)
             })
             .collect();
         Ok(Self { topology: Arc::new(topology), vertices, crossed })

@@ -139,7 +139,8 @@ impl WornHair {
         self.model.expansion().expand(y, &mut self.numbers);
         self.points.par_chunks_mut(POINTS).zip(self.numbers.par_chunks(3 * POINTS)).zip(&roots).for_each(
             |((points, numbers), root)| {
-                let at = |i: usize| Vec3::new(f64::from(numbers[i]), f64::from(numbers[i + 1]), f64::from(numbers[i + 2]));
+                let at =
+                    |i: usize| Vec3::new(f64::from(numbers[i]), f64::from(numbers[i + 1]), f64::from(numbers[i + 2]));
                 // The components lose a little of the roots, and heads differ: each guide starts where its root is.
                 let off = *root - at(0);
                 for (index, point) in points.iter_mut().enumerate() {

@@ -6,6 +6,7 @@
 
 pub mod ansur;
 pub mod bvh;
+pub mod curves;
 pub mod dressed;
 mod error;
 pub mod fabric;

@@ -100,7 +100,8 @@ impl Person {
         let mut timing = Timing::default();
         let mut before = vec![Vec::new(); self.garments.len()];
         let mut after = before.clone();
-        let hair = self.hair.as_ref().map(|hair| HairRecorder::new(hair, &self.body, &self.garments, motion.frames.len()));
+        let hair =
+            self.hair.as_ref().map(|hair| HairRecorder::new(hair, &self.body, &self.garments, motion.frames.len()));
         let mut hair = hair.transpose()?;
         progress.start(STAGE, motion.frames.len());
         for (frame, pose) in motion.frames.iter().enumerate() {

@@ -68,10 +68,8 @@ impl Lights {
         let glow = 0.45 * lobe(self.key, 10);
         let mut out = [0.0f32; 3];
         for channel in 0..3 {
-            let light = 0.5 * SKY_COLOUR[channel]
-                + 0.62 * key * KEY_COLOUR[channel]
-                + 0.5 * fill * FILL_COLOUR[channel]
-                + glow;
+            let light =
+                0.5 * SKY_COLOUR[channel] + 0.62 * key * KEY_COLOUR[channel] + 0.5 * fill * FILL_COLOUR[channel] + glow;
             let linear = albedo[channel] * light + highlight * KEY_COLOUR[channel];
             out[channel] = (255.0 * srgb_from_linear(soften(linear))) as f32;
         }

@@ -51,7 +51,8 @@ impl Canvas {
                 let along = at as f64 / (each - 1) as f64;
                 let shade = ROOT_SHADE + (1.0 - ROOT_SHADE) * (3.0 * along).min(1.0);
                 let colour = lights.shade_strand(albedo.map(|c| shade * c), tangent, towards_viewer);
-                let half = 0.5 * strands.width * (1.0 - 0.67 * along) * tangent.cross(towards_viewer).normalize_or(Vec3::X);
+                let half =
+                    0.5 * strands.width * (1.0 - 0.67 * along) * tangent.cross(towards_viewer).normalize_or(Vec3::X);
                 [-1.0, 1.0].map(|side| Corner {
                     at: camera.project(points[at] + side * half, columns, rows),
                     front: colour,

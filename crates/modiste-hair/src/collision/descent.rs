@@ -33,7 +33,8 @@ pub fn descend(
     options: &CollisionOptions,
     descent: &DescentOptions,
 ) -> Vec<f64> {
-    let energy = |y: &[f64], gradient: &mut [f64]| energy(subspace, y, y0, correspondences, roots, options, descent, gradient);
+    let energy =
+        |y: &[f64], gradient: &mut [f64]| energy(subspace, y, y0, correspondences, roots, options, descent, gradient);
     let d = subspace.count();
     let mut y = y0.to_vec();
     let mut gradient = vec![0.0; d];

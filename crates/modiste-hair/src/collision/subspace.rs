@@ -132,9 +132,9 @@ impl Subspace {
                 let p = self.position(point, y);
                 let at = surface.tree().closest_point(x, p, REACH)?;
                 let face = surface.topology().faces()[at.face as usize];
-                let nearest = face.into_iter().min_by(|&a, &b| {
-                    x[a as usize].distance_squared(p).total_cmp(&x[b as usize].distance_squared(p))
-                })?;
+                let nearest = face
+                    .into_iter()
+                    .min_by(|&a, &b| x[a as usize].distance_squared(p).total_cmp(&x[b as usize].distance_squared(p)))?;
                 Some(Correspondence { point, at: x[nearest as usize], normal: normals[nearest as usize] })
             })
             .collect()

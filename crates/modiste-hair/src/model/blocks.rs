@@ -162,7 +162,8 @@ mod tests {
             let u = &svd.modes[mode];
             Matrix::from_fn(1, u.cols, |_, k| factor * u[(0, k)] + (1.0 - factor) * u[(1, k)])
         };
-        let style = svd.core.mode_product(0, &svd.modes[0]).mode_product(1, &row(1, alpha)).mode_product(2, &row(2, beta));
+        let style =
+            svd.core.mode_product(0, &svd.modes[0]).mode_product(1, &row(1, alpha)).mode_product(2, &row(2, beta));
         let wanted = conditioned(&style.unfold(0), observed);
 
         let cells = [(0, 0), (0, 1), (1, 0), (1, 1)];

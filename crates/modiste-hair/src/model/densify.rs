@@ -14,11 +14,8 @@ impl HairModel {
     /// # Errors
     /// As [`FullHair::new`].
     pub fn densified(&self, body: &Body, count: usize) -> Result<Self, HairError> {
-        let mean: Vec<Vec3> = self
-            .mean
-            .chunks_exact(3)
-            .map(|p| Vec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2])))
-            .collect();
+        let mean: Vec<Vec3> =
+            self.mean.chunks_exact(3).map(|p| Vec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))).collect();
         let between = FullHair::new(body, &self.roots, &mean, count, self.seed)?;
         let spread = |numbers: &[f32]| -> Vec<f32> {
             let mut out = Vec::with_capacity(count * 3 * POINTS);

@@ -5,10 +5,10 @@ use std::path::Path;
 use modiste_core::{Pca, QuantisedBasis, Vec3};
 use modiste_io::model::{Header, ModelFile, Writer};
 
+use super::HairModel;
 use super::blocks::Blocks;
 use super::expansion::Expansion;
 use super::matrix::{Layout, Ridge};
-use super::HairModel;
 use crate::scalp::Root;
 use crate::training::Cell;
 use crate::{HairError, POINTS};

@@ -102,10 +102,10 @@ pub fn learn(
     let (kept, rest) = (gram_of(&|index| !chosen(index)), gram_of(&chosen));
     let track = BustTrack::reference(body)?;
     let n = 3 * POINTS * roots.len();
-    let basis = QuantisedBasis::from_f32(&hair.basis, hair.count(), n)
-        .map_err(HairError::solving("basis of the hair"))?;
+    let basis =
+        QuantisedBasis::from_f32(&hair.basis, hair.count(), n).map_err(HairError::solving("basis of the hair"))?;
     let mut model = HairModel {
-        name: folder.recipe().style.name().to_owned(),
+        name: folder.recipe().source.clone().unwrap_or_else(|| folder.recipe().style.name().to_owned()),
         fps: 30.0,
         roots: roots.to_vec(),
         cells: cells.clone(),
@@ -269,7 +269,9 @@ fn largest_eigenvalue(model: &HairModel, ridge: Ridge) -> Result<f64, HairError>
     let still = model.cells.iter().filter(|cell| cell.wind.is_none()).count();
     let mut styles: Vec<Factors> = model.cells.iter().map(Factors::of_cell).collect();
     if still >= 4 {
-        styles.extend([(0.5, 0.5), (0.5, 1.0), (0.5, 0.0), (0.0, 0.5), (1.0, 0.5), (1.35, 1.0)].map(|(a, b)| Factors::new(a, b)));
+        styles.extend(
+            [(0.5, 0.5), (0.5, 1.0), (0.5, 0.0), (0.0, 0.5), (1.0, 0.5), (1.35, 1.0)].map(|(a, b)| Factors::new(a, b)),
+        );
     }
     for factors in styles {
         let matrix = StyleMatrix::new(&model.blocks, &factors.weights(&model.cells)?, model.layout(), ridge)?;

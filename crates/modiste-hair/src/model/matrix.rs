@@ -102,10 +102,10 @@ impl StyleMatrix {
         // With x alone observed, the rest of w is missing; of that only y_t is wanted. The last entry of z, a cosine near 1,
         // stands for the constant: it is as good as known, since a person at rest is at hand.
         let constant = layout.observed() - 1;
-        let picked: Vec<usize> =
-            (0..layout.bust).chain([constant]).chain(layout.observed()..layout.size()).collect();
+        let picked: Vec<usize> = (0..layout.bust).chain([constant]).chain(layout.observed()..layout.size()).collect();
         let reduced = Matrix::from_fn(picked.len(), picked.len(), |i, j| gram[(picked[i], picked[j])]);
-        let start = Ridge { independent: ridge.independent.max(1e-6), shared: 0.0 }.condition(&reduced, layout.bust + 1)?;
+        let start =
+            Ridge { independent: ridge.independent.max(1e-6), shared: 0.0 }.condition(&reduced, layout.bust + 1)?;
         Ok(Self { layout, all, start })
     }
 

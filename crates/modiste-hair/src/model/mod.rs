@@ -160,11 +160,8 @@ impl HairModel {
         let single = self.cells.iter().filter(|cell| cell.wind.is_none()).count() < 4;
         for row in 0..=steps {
             for column in 0..=steps {
-                let [length, softness] = if single {
-                    [1.0, 1.0]
-                } else {
-                    [row, column].map(|index| index as f64 / steps.max(1) as f64)
-                };
+                let [length, softness] =
+                    if single { [1.0, 1.0] } else { [row, column].map(|index| index as f64 / steps.max(1) as f64) };
                 let lambda = self.style(&Factors::new(length, softness))?.largest_eigenvalue()?;
                 grid.push((length, softness, lambda));
                 if single {

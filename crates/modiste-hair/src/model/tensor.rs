@@ -52,9 +52,8 @@ impl Tensor {
         for outer in 0..before {
             for row in 0..matrix.rows {
                 for inner in 0..after {
-                    out.data[(outer * matrix.rows + row) * after + inner] = (0..size)
-                        .map(|k| matrix[(row, k)] * self.data[(outer * size + k) * after + inner])
-                        .sum();
+                    out.data[(outer * matrix.rows + row) * after + inner] =
+                        (0..size).map(|k| matrix[(row, k)] * self.data[(outer * size + k) * after + inner]).sum();
                 }
             }
         }

@@ -380,8 +380,7 @@ impl Frame {
 
 impl Factor {
     fn new(stiffness: Lane, profile: &[f32; SEGMENTS], weights: &[Lane; POINTS], forces: &Forces) -> Self {
-        let mut factor =
-            Self { inverse: Default::default(), below: Default::default(), below2: Default::default() };
+        let mut factor = Self { inverse: Default::default(), below: Default::default(), below2: Default::default() };
         let h = f64::from(forces.step);
         for lane in 0..LANES {
             let k = h * h * f64::from(stiffness.0[lane]);

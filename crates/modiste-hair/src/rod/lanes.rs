@@ -93,11 +93,7 @@ impl AddAssign for Lane {
 impl Lane3 {
     #[inline(always)]
     pub(super) fn splat(value: Vec3) -> Self {
-        Self {
-            x: Lane::splat(value.x as f32),
-            y: Lane::splat(value.y as f32),
-            z: Lane::splat(value.z as f32),
-        }
+        Self { x: Lane::splat(value.x as f32), y: Lane::splat(value.y as f32), z: Lane::splat(value.z as f32) }
     }
 
     #[inline(always)]

@@ -125,7 +125,12 @@ impl Simulation {
             friction: material.friction as f32,
             gravity: Lane3::splat(GRAVITY * Vec3::NEG_Y),
         };
-        let make = Make { bending: material.bending(), twist_ratio: material.twist_ratio, root_stiffness: material.root_stiffness, held_tip: false };
+        let make = Make {
+            bending: material.bending(),
+            twist_ratio: material.twist_ratio,
+            root_stiffness: material.root_stiffness,
+            held_tip: false,
+        };
         let origin = centroid(surface.vertices());
         let rest = body.rest_vertices();
         let mut root_frames = Vec::with_capacity(count);
@@ -194,8 +199,7 @@ impl Simulation {
         for look in 1..=looks {
             let part = look as f64 / looks as f64;
             let at: Vec<Vec3> = start.iter().zip(&end).map(|(a, b)| a.lerp(*b, part) - self.origin).collect();
-            let velocities: Vec<Vec3> =
-                start.iter().zip(&end).map(|(a, b)| (*b - *a) * self.options.fps).collect();
+            let velocities: Vec<Vec3> = start.iter().zip(&end).map(|(a, b)| (*b - *a) * self.options.fps).collect();
             let body: Vec<Vec3> = self.body_at(vertices, part);
             self.rub(seconds);
             self.look(&at, &velocities, seconds);
@@ -373,8 +377,7 @@ impl Slot {
                 let clearance = self.clearance[lane].min(crate::CLEARANCE + 0.06 * along);
                 let skin = outwards.dot(at);
                 // No further out than a little beyond where the point is now.
-                let reachable = (skin + clearance)
-                    .min(outwards.dot(ahead) + DEEPEST.max(crate::CLEARANCE - distance));
+                let reachable = (skin + clearance).min(outwards.dot(ahead) + DEEPEST.max(crate::CLEARANCE - distance));
                 plane.offset.0[lane] = reachable as f32;
                 plane.rate.0[lane] = outwards.dot(velocity) as f32;
                 self.skin[point].0[lane] = skin as f32;

@@ -15,11 +15,7 @@ fn forces(step: f64, drag: f64, gravity: Vec3) -> Forces {
 
 fn frame(tangent: Vec3) -> Frame {
     let first = tangent.any_orthonormal_vector();
-    Frame {
-        first: Lane3::splat(first),
-        second: Lane3::splat(tangent.cross(first)),
-        tangent: Lane3::splat(tangent),
-    }
+    Frame { first: Lane3::splat(first), second: Lane3::splat(tangent.cross(first)), tangent: Lane3::splat(tangent) }
 }
 
 fn straight(direction: Vec3) -> [Lane3; POINTS] {

@@ -60,9 +60,11 @@ mod tests {
         let mean = Vec3::new(3.0, 0.0, 1.0);
         let wind = Wind::new(mean, 0.5, 7);
         let count = 40_000;
-        let average = (0..count).map(|i| wind.velocity(0.01 * f64::from(i), Vec3::ZERO)).sum::<Vec3>() / f64::from(count);
+        let average =
+            (0..count).map(|i| wind.velocity(0.01 * f64::from(i), Vec3::ZERO)).sum::<Vec3>() / f64::from(count);
         assert!(average.distance(mean) < 0.03, "{average}");
-        let spread = (0..1000).map(|i| wind.velocity(0.1 * f64::from(i), Vec3::ZERO).distance(mean)).fold(0.0, f64::max);
+        let spread =
+            (0..1000).map(|i| wind.velocity(0.1 * f64::from(i), Vec3::ZERO).distance(mean)).fold(0.0, f64::max);
         assert!(spread > 0.5 && spread < 3.0, "{spread}");
         assert_ne!(wind.velocity(1.0, Vec3::ZERO), Wind::new(mean, 0.5, 8).velocity(1.0, Vec3::ZERO));
         assert_eq!(Wind::still().velocity(3.0, Vec3::X), Vec3::ZERO);

@@ -27,7 +27,7 @@ const GUSTS: f64 = 0.35;
 /// What a training set is made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recipe {
-    /// The style; grooms from files say what they are in `source`.
+    /// The style that is grown; of no account where there is a `source`.
     pub style: Style,
     /// Number of guides, N_g.
     pub guides: usize,
@@ -35,7 +35,7 @@ pub struct Recipe {
     pub seed: u64,
     /// The combinations that are simulated.
     pub cells: Vec<Cell>,
-    /// What the guides were read from, if they were not grown.
+    /// Name of the file that the guides were read from, without its ending, if they were not grown.
     pub source: Option<String>,
 }
 
@@ -161,12 +161,7 @@ impl TrainingFolder {
         Ok(hair)
     }
 
-    fn write_body(
-        &self,
-        track: &BustTrack,
-        sequence: &Sequence,
-        poses: &[Vec<Vec3>],
-    ) -> Result<Vec<Frame>, HairError> {
+    fn write_body(&self, track: &BustTrack, sequence: &Sequence, poses: &[Vec<Vec3>]) -> Result<Vec<Frame>, HairError> {
         let mut frames = Vec::with_capacity(poses.len());
         let mut bust: Vec<f32> = Vec::new();
         for (vertices, pose) in poses.iter().zip(&sequence.motion.frames) {
@@ -195,10 +190,8 @@ impl TrainingFolder {
         let file = ModelFile::read(self.body_file(name), BODY_KIND)?;
         let (count, bust) = (file.dimension("frames")?, file.dimension("bust")?);
         let numbers = file.f64("frames", &[count, 4])?;
-        let frames = numbers
-            .chunks_exact(4)
-            .map(|f| Frame { position: Vec3::new(f[0], f[1], f[2]), heading: f[3] })
-            .collect();
+        let frames =
+            numbers.chunks_exact(4).map(|f| Frame { position: Vec3::new(f[0], f[1], f[2]), heading: f[3] }).collect();
         let bust = file.f32("bust", &[count, 3 * bust])?;
         Ok(Recorded { name: name.to_owned(), held_out: file.dimension("held_out")? > 0, frames, bust })
     }
