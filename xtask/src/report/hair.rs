@@ -10,7 +10,8 @@ use modiste::{BenchHair, Event, Job, Outcome, run};
 use modiste_body::{Body, ScapeModel};
 use modiste_core::{Silent, Vec3};
 use modiste_hair::collision::{
-    CoefficientDeviation, CollisionOptions, DescentOptions, Penetration, Subspace, descend, penetration_by_vertices, solve,
+    CoefficientDeviation, CollisionOptions, DescentOptions, Penetration, Subspace, descend, penetration_by_vertices,
+    solve,
 };
 use modiste_hair::model::{Dynamics, HairModel};
 use modiste_hair::training::{Factors, Recipe, Sequence, TrainingFolder, sequences};
@@ -139,7 +140,14 @@ pub(super) fn collision() -> Result<Page> {
             let after = measure(model, &moments, |moment| {
                 let pairs = subspace.correspondences(&moment.y0, &moment.surface);
                 if method == "A" {
-                    return Ok(descend(&subspace, &moment.y0, &pairs, &moment.roots, &options, &DescentOptions::default()));
+                    return Ok(descend(
+                        &subspace,
+                        &moment.y0,
+                        &pairs,
+                        &moment.roots,
+                        &options,
+                        &DescentOptions::default(),
+                    ));
                 }
                 let report = solve(&subspace, &moment.y0, &pairs, &moment.roots, &options)?;
                 Ok(report.rounds.last().unwrap_or(&moment.y0).clone())
@@ -195,11 +203,7 @@ fn moments(scene: &Scene) -> Result<Vec<Moment>> {
 }
 
 /// Rate inside (%), mean of the deepest of each frame (mm), and deviation (%), of all points.
-fn measure(
-    model: &HairModel,
-    moments: &[Moment],
-    solve: impl Fn(&Moment) -> Result<Vec<f64>>,
-) -> Result<[f64; 3]> {
+fn measure(model: &HairModel, moments: &[Moment], solve: impl Fn(&Moment) -> Result<Vec<f64>>) -> Result<[f64; 3]> {
     let mut numbers = vec![0.0; 3 * model.point_count()];
     let (mut sum, mut deepest, mut deviation) = (Penetration::default(), 0.0, 0.0);
     for moment in moments {
@@ -256,7 +260,7 @@ pub(super) fn times() -> Result<Page> {
     };
     page.paragraph(
         "Long soft hair on a walking person, exact pass included. Where the model has other numbers of guides than the row, \
-         they lie between its own. The thesis has 14.3, 18.9 and 22.2 ms on a GPU, and 130, 182 and 556 ms of simulation.",
+         they lie between its own. The thesis has 14.3, 20.0 and 22.2 ms on a GPU, and 130, 182 and 556 ms of simulation.",
     );
     let rows = found.rows.iter().map(|row| {
         let numbers = [
@@ -273,8 +277,17 @@ pub(super) fn times() -> Result<Page> {
         [row.guides.to_string(), row.threads.to_string()].into_iter().chain(numbers.map(rounded)).collect::<Vec<_>>()
     });
     let header = [
-        "guides", "threads", "synthesis (ms)", "collision (ms)", "points (ms)", "total (ms)", "95 % (ms)", "physics (ms)",
-        "times faster", "inside (%)", "deepest (mm)",
+        "guides",
+        "threads",
+        "synthesis (ms)",
+        "collision (ms)",
+        "points (ms)",
+        "total (ms)",
+        "95 % (ms)",
+        "physics (ms)",
+        "times faster",
+        "inside (%)",
+        "deepest (mm)",
     ];
     page.table(&header, rows);
     for row in found.rows.iter().filter(|row| row.threads == 2) {

@@ -104,8 +104,8 @@ impl TrainingFolder {
         progress.start(STAGE, sequences.len() * self.recipe.cells.len());
         let mut done = 0;
         // Hair in still air first: a run that is stopped early leaves a set that can be used without its winds.
-        for (windy, (index, sequence)) in
-            [false, true].into_iter().flat_map(|windy| sequences.iter().enumerate().map(move |each| (windy, each)))
+        for (windy, sequence) in
+            [false, true].into_iter().flat_map(|windy| sequences.iter().map(move |each| (windy, each)))
         {
             let wanted = (0..self.recipe.cells.len()).filter(|&cell| self.recipe.cells[cell].wind.is_some() == windy);
             let (there, missing): (Vec<usize>, Vec<usize>) =
@@ -115,7 +115,7 @@ impl TrainingFolder {
                 let poses = pose_all(body, sequence);
                 let frames = self.write_body(&track, sequence, &poses)?;
                 for cell in missing {
-                    let hair = self.simulate_cell(body, &grooms[cell], cell, &poses, &frames, index)?;
+                    let hair = self.simulate_cell(body, &grooms[cell], cell, &poses, &frames, &sequence.name)?;
                     let shape = [poses.len(), grooms[cell].guides.points.len() * 3];
                     let mut writer = Writer::new(Header { kind: HAIR_KIND.to_owned(), ..Header::default() });
                     writer.add_i16("hair", &shape, hair);
@@ -136,12 +136,14 @@ impl TrainingFolder {
         cell: usize,
         poses: &[Vec<Vec3>],
         frames: &[Frame],
-        sequence: usize,
+        sequence: &str,
     ) -> Result<Vec<i16>, HairError> {
         let cell = &self.recipe.cells[cell];
         let material = Material::of_softness(cell.softness)?;
         let mut simulation = Simulation::new(body, &poses[0], groom, material, SimulationOptions::default())?;
-        let gusts = self.recipe.seed.wrapping_mul(7919).wrapping_add(sequence as u64);
+        // Other gusts in each sequence, the same whichever others there are.
+        let gusts =
+            sequence.bytes().fold(self.recipe.seed, |seed, byte| seed.wrapping_mul(7919).wrapping_add(byte.into()));
         // The wind blows from the same side of the person however they turn, as the model sees the world (eq. 15).
         let wind = |frame: &Frame| match cell.wind {
             Some(wind) => Wind::new(frame.rotation() * (FULL_WIND * wind.vector()), GUSTS, gusts),

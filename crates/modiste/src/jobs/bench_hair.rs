@@ -80,7 +80,8 @@ impl BenchHair {
     pub(crate) fn run(&self, reporter: &Reporter<'_>) -> Result<BenchedHair, JobError> {
         const STAGE: &str = "bench";
         let assets = Assets::find()?;
-        let model = HairModel::load(assets.hair(&self.model)?)?;
+        let file = assets.hair(&self.model)?;
+        let model = HairModel::load(&file)?;
         let body = ScapeModel::load(assets.body(Gender::Female))?.body(&[])?;
         let warm_up = self.frames.div_ceil(4);
         let length = Some(Length::Frames(self.frames + warm_up));
@@ -92,8 +93,7 @@ impl BenchHair {
             for &threads in &self.threads {
                 let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
                 let pool = pool.map_err(|error| JobError::Threads { wanted: threads, reason: error.to_string() })?;
-                let hair = model.densified(&body, guides)?;
-                let hair = if learned { HairModel::load(assets.hair(&self.model)?)? } else { hair };
+                let hair = if learned { HairModel::load(&file)? } else { model.densified(&body, guides)? };
                 let row = pool.install(|| row(hair, learned, threads, &body, &motion, warm_up))?;
                 rows.push(row);
                 reporter.advance(STAGE, rows.len());
