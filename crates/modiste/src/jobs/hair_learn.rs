@@ -97,7 +97,7 @@ impl HairLearn {
         let options = LearnOptions { hair_dimensions: self.dimensions, ..LearnOptions::default() };
         let learned = learn(&folder, &names, &body, &grooms[0].roots, &options, reporter)?;
         let model = &learned.model;
-        model.save(&self.out, &self.provenance(&sequences.iter().map(|s| s.name.as_str()).collect::<Vec<_>>()))?;
+        model.save(&self.out, &self.provenance(&assets, &names)?)?;
         reporter.wrote(&self.out);
         let errors = evaluate(model, &folder, &names, reporter)?;
         let lambda_max = model.stability(GRID)?.into_iter().map(|(_, _, lambda)| lambda).fold(0.0, f64::max);
@@ -134,7 +134,7 @@ impl HairLearn {
         Some(stem.to_string_lossy().into_owned())
     }
 
-    fn provenance(&self, sequences: &[&str]) -> Provenance {
+    fn provenance(&self, assets: &Assets, sequences: &[String]) -> Result<Provenance, JobError> {
         let what = match &self.guides_from {
             Some(file) => format!("--guides-from {}", file.file_name().unwrap_or_default().to_string_lossy()),
             None => format!("--style {}", self.style.name()),
@@ -146,9 +146,20 @@ impl HairLearn {
             self.guides, self.dimensions, self.seed
         );
         let mut sources = BTreeMap::new();
-        sources.insert("motions".to_owned(), sequences.join(" "));
+        let mut add = |path: PathBuf| -> Result<(), JobError> {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            sources.insert(name, modiste_io::hash(&modiste_io::read_bytes(&path)?));
+            Ok(())
+        };
+        add(assets.body(self.gender))?;
+        for file in &self.guides_from {
+            add(file.clone())?;
+        }
+        for name in sequences.iter().filter(|name| !name.starts_with("made_")) {
+            add(self.data.join("mocap").join(format!("{name}.bvh.gz")))?;
+        }
         let licence = "Apache-2.0 OR MIT; learned from our own simulation, moved by CMU motion capture (mocap.cs.cmu.edu, \
                        free for all uses) and made motions";
-        Provenance { command, sources, licence: licence.to_owned() }
+        Ok(Provenance { command, sources, licence: licence.to_owned() })
     }
 }
