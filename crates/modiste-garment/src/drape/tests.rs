@@ -156,11 +156,11 @@ fn leaving_one_out_agrees_with_training_again_on_the_others() {
         let mut rest = set.shapes.clone();
         let sample = rest.remove(left_out);
         let model = super::ShapeModel::train(&set.garment, &rest, &shape).unwrap();
-        let gradients = model.gradients(&model.predict(&sample.shape));
+        let gradients = model.gradients(&model.predict(&sample.shape, sample.ease));
         let solver = modiste_core::GradientReconstruction::new(&set.garment.topology, &set.garment.template).unwrap();
         let mut made = vec![Vec3::ZERO; sample.vertices.len()];
         solver.reconstruct(&gradients, &mut made);
-        let shift = model.predict_offset(&sample.shape)
+        let shift = model.predict_offset(&sample.shape, sample.ease)
             - crate::refine::anchors::offset(&set.garment.anchors, &made, &sample.body_anchors);
         made.iter_mut().for_each(|vertex| *vertex += shift);
         error += mean_distance(&made, &sample.vertices) / set.shapes.len() as f64;

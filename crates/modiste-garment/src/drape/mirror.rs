@@ -1,0 +1,62 @@
+//! A garment in motion as it is seen in a mirror: what it does on one side it can do on the other.
+
+use modiste_core::{TriangleBvh, Vec3};
+
+use super::training_set::{Garment, PoseSequence};
+use crate::refine::anchors::offset;
+
+/// The place of every vertex's mirror image on the garment, in the template pose.
+///
+/// Garments are sewn alike left and right and the mean body is, but for its triangles; so a motion seen in the mirror is one
+/// that the garment could do, and need not be simulated.
+#[derive(Debug, Clone)]
+pub(crate) struct Mirror {
+    places: Vec<([u32; 3], [f64; 3])>,
+}
+
+/// The mirror image of a template vertex is looked for within this (m).
+const REACH: f64 = 0.1;
+
+/// Mirror images farther from the garment than this (m), in the mean, show that left and right differ.
+const ALIKE: f64 = 0.004;
+
+impl Mirror {
+    /// For this garment; `None` if its left and its right are cut differently.
+    pub(crate) fn new(garment: &Garment) -> Option<Self> {
+        let tree = TriangleBvh::new(&garment.topology, &garment.template);
+        let found: Vec<_> = garment
+            .template
+            .iter()
+            .map(|&vertex| tree.closest_point(&garment.template, reflected(vertex), REACH))
+            .collect::<Option<_>>()?;
+        let mean = found.iter().map(|place| place.distance).sum::<f64>() / found.len().max(1) as f64;
+        let faces = garment.topology.faces();
+        let place = |place: modiste_core::SurfacePoint| (faces[place.face as usize], place.barycentric);
+        (mean < ALIKE).then(|| Self { places: found.into_iter().map(place).collect() })
+    }
+
+    /// The sequence in the mirror. It keeps its name: what is held out with it must not be learned from.
+    pub(crate) fn sequence(&self, garment: &Garment, sequence: &PoseSequence) -> PoseSequence {
+        let frames: Vec<Vec<Vec3>> = sequence.frames.iter().map(|vertices| self.vertices(vertices)).collect();
+        // The anchors lie as far from their places as in the sequence, on the other side.
+        let anchors = frames.iter().zip(sequence.frames.iter().zip(&sequence.body_anchors));
+        let body_anchors = anchors
+            .map(|(mirrored, (vertices, places))| {
+                let offset = reflected(offset(&garment.anchors, vertices, places));
+                garment.anchors.iter().map(|&[vertex, _]| mirrored[vertex as usize] - offset).collect()
+            })
+            .collect();
+        PoseSequence { name: sequence.name.clone(), motion: sequence.motion.mirrored(), frames, body_anchors }
+    }
+
+    fn vertices(&self, vertices: &[Vec3]) -> Vec<Vec3> {
+        let at = |(face, weights): &([u32; 3], [f64; 3])| {
+            reflected((0..3).map(|corner| weights[corner] * vertices[face[corner] as usize]).sum())
+        };
+        self.places.iter().map(at).collect()
+    }
+}
+
+fn reflected(x: Vec3) -> Vec3 {
+    Vec3::new(-x.x, x.y, x.z)
+}
