@@ -92,3 +92,42 @@ impl GradedPattern {
         points
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Cut, Fitting};
+    use crate::pattern::{GARMENTS, builtin, signed_area};
+    use modiste_body::Gender;
+
+    #[test]
+    fn looser_cuts_are_wider_and_the_way_between_is_even() {
+        for (gender, garment) in Gender::ALL.into_iter().flat_map(|gender| GARMENTS.map(|garment| (gender, garment))) {
+            let pattern = builtin(garment, gender).unwrap().unwrap();
+            let area = |ease: f64| -> f64 {
+                let size = pattern.template_size as f64;
+                let corners = (0..pattern.panels.len()).map(|panel| pattern.corners(panel, Fitting { size, ease }));
+                corners.map(|corners| signed_area(&corners).abs()).sum()
+            };
+            let [slim, half, regular, loose] = [-1.0, -0.5, 0.0, 1.0].map(area);
+            assert!(slim < half && half < regular && regular < loose, "{garment}");
+            assert!((half - 0.5 * (slim + regular)).abs() < 0.01 * regular, "{garment}: {slim} {half} {regular}");
+            // Nothing beyond the cuts that are drawn.
+            assert!((area(3.0) - loose).abs() < 1e-12 && (area(-3.0) - slim).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_pattern_of_one_cut_does_not_hear_of_ease() {
+        let whole = builtin("skirt", Gender::Female).unwrap().unwrap();
+        let regular = whole.regular();
+        assert!(whole.has_ease() && !regular.has_ease());
+        let fitting = Fitting { size: 4.3, ease: 0.7 };
+        assert_eq!(regular.corners(0, fitting), whole.corners(0, 4.3.into()));
+        assert_ne!(whole.corners(0, fitting), whole.corners(0, 4.3.into()));
+        assert!(regular.check().is_ok());
+        let mut torn = whole;
+        torn.panels[1].loose.clear();
+        assert!(torn.check().unwrap_err().to_string().contains("loose cut"));
+        assert_eq!(Cut::ALL.map(Cut::name), ["slim", "regular", "loose"]);
+    }
+}

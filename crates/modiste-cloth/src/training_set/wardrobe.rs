@@ -103,7 +103,8 @@ impl Wardrobe {
         let mean = Mannequin::from(&model.body(&[])?);
         // Dressed again like every other body, so that its drape is one of them.
         let sewn = tailor.dress(&mean)?;
-        let template = tailor.redress(&Carrier::new(&sewn.state.positions, &mean.vertices), &sewn, &mean, (&mean, 0.0))?;
+        let template =
+            tailor.redress(&Carrier::new(&sewn.state.positions, &mean.vertices), &sewn, &mean, (&mean, 0.0))?;
         template.quality.check()?;
         let carrier = Carrier::new(&template.state.positions, &mean.vertices);
         let groups = groups(&tailor, &mean, &template.state.positions);

@@ -1,7 +1,7 @@
 //! Bases of deformation gradients, stored as moves of the vertices.
 
-use modiste_core::{Mat3, Matrix, QuantisedBasis, Topology, Vec3, corners, symmetric_eigen};
 use modiste_core::{GradientReconstruction, SolveError};
+use modiste_core::{Mat3, Matrix, QuantisedBasis, Topology, Vec3, corners, symmetric_eigen};
 use rayon::prelude::*;
 
 use super::gradient::{PER_FACE, TangentFrames};
@@ -65,7 +65,8 @@ impl GradientBasis {
             .collect();
         let moves = QuantisedBasis::from_f32(&moves.concat(), std_devs.len(), 3 * template.len())?;
         let still = vec![0.0; 3 * template.len()];
-        let mut basis = Self { faces, still, moves, mixing: Matrix::zeros(std_devs.len(), 0), rest: QuantisedBasis::default() };
+        let mut basis =
+            Self { faces, still, moves, mixing: Matrix::zeros(std_devs.len(), 0), rest: QuantisedBasis::default() };
         basis.add_rest(rows, std_devs, patterns)?;
         Ok(basis)
     }
@@ -186,4 +187,59 @@ fn face_inverses(topology: &Topology, template: &[Vec3]) -> Vec<FaceInverse> {
         FaceInverse { vertices, along: along as f32, lean: lean as f32, up: up as f32 }
     };
     topology.faces().iter().map(inverse).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{BasisScratch, GradientBasis};
+    use crate::drape::gradient::TangentFrames;
+    use crate::drape::synthetic::{PELVIS, tube};
+    use modiste_core::{Vec3, deformation_gradients, normal, seeded_rng};
+
+    /// How far the rows that come back are from those that went in, over their size.
+    fn loss(basis: &GradientBasis, rows: &[f32]) -> f64 {
+        let square = |values: &mut dyn Iterator<Item = f32>| values.map(|x| f64::from(x) * f64::from(x)).sum::<f64>();
+        let back = basis.to_f32();
+        (square(&mut back.iter().zip(rows).map(|(a, b)| a - b)) / square(&mut rows.iter().copied())).sqrt()
+    }
+
+    #[test]
+    fn gradients_of_meshes_are_moves_of_vertices() {
+        let garment = tube("tube", 0.15, PELVIS);
+        let mesh = (garment.topology.as_ref(), garment.template.as_slice());
+        let frames = TangentFrames::new(mesh.0, mesh.1);
+        let flat = |x: &[Vec3]| frames.flatten(&deformation_gradients(mesh.0, mesh.1, x));
+        let rest = flat(&garment.template);
+        let mut rng = seeded_rng(3);
+        let mut moved = || -> Vec<f32> {
+            let jitter = |x: &Vec3| *x + 0.01 * Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
+            let x: Vec<Vec3> = garment.template.iter().map(jitter).collect();
+            flat(&x).iter().zip(&rest).map(|(a, b)| a - b).collect()
+        };
+        let rows = [moved(), moved(), moved()].concat();
+        let basis = GradientBasis::new(mesh, &rows, &[3.0, 2.0, 1.0], 0).unwrap();
+        assert!(basis.rest().count() == 0 && loss(&basis, &rows) < 0.02, "{}", loss(&basis, &rows));
+        // Expanding is the plain sum.
+        let coefficients = [0.4, -1.2, 0.7];
+        let mut made = vec![0.0; rest.len()];
+        basis.expand(&rest, &coefficients, &mut BasisScratch::default(), &mut made);
+        let back = basis.to_f32();
+        for (at, made) in made.iter().enumerate() {
+            let sum = (0..3).map(|k| coefficients[k] as f32 * back[k * rest.len() + at]).sum::<f32>();
+            assert!((made - rest[at] - sum).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn what_no_mesh_has_is_kept_in_patterns() {
+        let garment = tube("tube", 0.15, PELVIS);
+        let mesh = (garment.topology.as_ref(), garment.template.as_slice());
+        let width = 6 * garment.topology.face_count();
+        let mut rng = seeded_rng(5);
+        let rows: Vec<f32> = (0..4 * width).map(|_| normal(&mut rng) as f32).collect();
+        let losses: Vec<f64> = [0, 2, 4]
+            .map(|patterns| loss(&GradientBasis::new(mesh, &rows, &[1.0; 4], patterns).unwrap(), &rows))
+            .to_vec();
+        assert!(losses[0] > 0.3 && losses[1] < losses[0] && losses[2] < 0.02, "{losses:?}");
+    }
 }

@@ -148,9 +148,7 @@ fn fold(
         .collect();
     let predicted = body_counts
         .iter()
-        .map(|&body_count| {
-            Ok(error(&predict(&coefficients, body_count)?, offset(body_count)?))
-        })
+        .map(|&body_count| Ok(error(&predict(&coefficients, body_count)?, offset(body_count)?)))
         .collect::<Result<_, GarmentError>>()?;
     let best = offset(options.body_count)?;
     Ok(Fold { predicted, projected: error(&projected, best), mean_garment: error(&[], offset(0)?) })

@@ -60,3 +60,39 @@ impl Mirror {
 fn reflected(x: Vec3) -> Vec3 {
     Vec3::new(-x.x, x.y, x.z)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Mirror, reflected};
+    use crate::drape::synthetic::training_set;
+    use modiste_core::Vec3;
+
+    #[test]
+    fn the_mirror_image_of_a_mirror_image_is_the_thing_itself() {
+        let set = training_set();
+        let (garment, sequence) = (&set.garment, &set.sequences[0]);
+        let mirror = Mirror::new(garment).unwrap();
+        let image = mirror.sequence(garment, sequence);
+        assert_eq!((&image.name, image.frames.len()), (&sequence.name, sequence.frames.len()));
+        assert!(image.motion.frames[9].root_translation.x + sequence.motion.frames[9].root_translation.x == 0.0);
+        // The tube is cut alike left and right: vertex for vertex.
+        let ring = |x: &[Vec3], side: usize| x[side];
+        let at = 20;
+        assert!(ring(&image.frames[at], 3).distance(reflected(ring(&sequence.frames[at], 13))) < 1e-9);
+        let again = mirror.sequence(garment, &image);
+        for (a, b) in again.frames[at].iter().zip(&sequence.frames[at]) {
+            assert!(a.distance(*b) < 1e-9);
+        }
+        let offset = |of: &crate::drape::PoseSequence| {
+            crate::refine::anchors::offset(&garment.anchors, &of.frames[at], &of.body_anchors[at])
+        };
+        assert!(offset(&image).distance(reflected(offset(sequence))) < 1e-12);
+    }
+
+    #[test]
+    fn a_garment_whose_sides_differ_has_no_mirror_image() {
+        let mut garment = training_set().garment;
+        garment.template.iter_mut().filter(|x| x.x > 0.0).for_each(|x| x.x *= 1.5);
+        assert!(Mirror::new(&garment).is_none());
+    }
+}

@@ -120,7 +120,18 @@ impl DrapeModel {
         dynamics.limit_to(wrinkle.std_devs());
         let reconstruction = GradientReconstruction::new(&garment.topology, &garment.template)
             .map_err(GarmentError::solve("reconstruction matrix"))?;
-        Ok(Self { garment, shape, wrinkle, drift, dynamics, fps, ease: 0.0, provenance, evaluation: None, reconstruction })
+        Ok(Self {
+            garment,
+            shape,
+            wrinkle,
+            drift,
+            dynamics,
+            fps,
+            ease: 0.0,
+            provenance,
+            evaluation: None,
+            reconstruction,
+        })
     }
 
     /// The garment cut slimmer, down to -1, or looser, up to 1: how [`crate::Synthesis`] makes it. It is not stored.
@@ -133,7 +144,8 @@ impl DrapeModel {
             return Err(GarmentError::data(what(), "a number from -1 (slim) over 0 (regular) to 1 (loose)", ease));
         }
         if ease.abs() > 0.0 && !self.shape.has_ease() {
-            let wanted = "0, as the garment was learned in one cut alone (a mesh, or a pattern without slim and loose cuts)";
+            let wanted =
+                "0, as the garment was learned in one cut alone (a mesh, or a pattern without slim and loose cuts)";
             return Err(GarmentError::data(what(), wanted, ease));
         }
         self.ease = ease;

@@ -67,8 +67,8 @@ impl ShapeModel {
         let offset_regression = wearers.regress(&anchor_offsets(garment, &samples), options.ridge)?;
         // Gradients of meshes: no pattern is left.
         let mesh = (garment.topology.as_ref(), garment.template.as_slice());
-        let basis = GradientBasis::new(mesh, &pca.basis, &pca.std_devs, 0)
-            .map_err(GarmentError::solve("basis of shapes"))?;
+        let basis =
+            GradientBasis::new(mesh, &pca.basis, &pca.std_devs, 0).map_err(GarmentError::solve("basis of shapes"))?;
         Ok(Self {
             frames: TangentFrames::new(&garment.topology, &garment.template),
             mean: pca.mean,
@@ -151,7 +151,8 @@ impl Wearers {
     /// Of these samples, with this number of body shape coefficients.
     pub(crate) fn new(samples: &[&ShapeSample], body_count: usize) -> Self {
         let has_ease = samples.iter().any(|sample| sample.ease.abs() > 0.0);
-        let row = |sample: &&ShapeSample| wearer(&sample.shape, body_count, has_ease.then_some(EASE_SCALE * sample.ease));
+        let row =
+            |sample: &&ShapeSample| wearer(&sample.shape, body_count, has_ease.then_some(EASE_SCALE * sample.ease));
         Self { rows: samples.iter().map(row).collect(), has_ease }
     }
 

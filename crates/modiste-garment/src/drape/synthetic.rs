@@ -133,5 +133,12 @@ pub(crate) fn training_set_of(garment: Garment) -> TrainingSet {
     };
     let shapes = (0..12).map(|_| sample(draw())).collect();
     let sequences = (0..5).map(|seed| sequence(&garment, &format!("motion_{seed}"), motion(seed, 80))).collect();
-    TrainingSet { garment, shapes, sequences, seed: 7, sources: vec![("pattern.json".into(), "abc".into())], vertex_count: None }
+    TrainingSet {
+        garment,
+        shapes,
+        sequences,
+        seed: 7,
+        sources: vec![("pattern.json".into(), "abc".into())],
+        vertex_count: None,
+    }
 }

@@ -31,7 +31,14 @@ pub struct WrinkleOptions {
 
 impl Default for WrinkleOptions {
     fn default() -> Self {
-        Self { variance: 0.95, min_count: 30, max_count: 165, pattern_count: 16, area_weighted: false, blend_width: 0.05 }
+        Self {
+            variance: 0.95,
+            min_count: 30,
+            max_count: 165,
+            pattern_count: 16,
+            area_weighted: false,
+            blend_width: 0.05,
+        }
     }
 }
 

@@ -111,7 +111,7 @@ fn with_ease(garment: &str, usual: f64) -> Result<(&str, f64), JobError> {
     let (name, ease) = match garment.rsplit_once(':') {
         Some((name, ease)) => {
             let wanted = || JobError::Request(format!("ease of {name}: a number was wanted, found `{ease}`"));
-            (name, ease.parse().map_err(|_: std::num::ParseFloatError| wanted())?)
+            (name, ease.parse::<f64>().ok().ok_or_else(wanted)?)
         }
         None => (garment, usual),
     };

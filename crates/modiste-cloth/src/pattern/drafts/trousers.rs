@@ -149,11 +149,7 @@ fn draft(garment: &str, gender: Gender, leg: Leg) -> GradedPattern {
 }
 
 /// Left front and left back of one size and ease; y = 0 is the crotch line, x = 0 the centre line.
-fn draft_size(
-    (block, measures): (&Block, &Hips),
-    (hip, ease): (f64, f64),
-    leg: Leg,
-) -> [(Outline, Vec<String>); 2] {
+fn draft_size((block, measures): (&Block, &Hips), (hip, ease): (f64, f64), leg: Leg) -> [(Outline, Vec<String>); 2] {
     let block = block.in_cut(ease);
     let offset = hip - measures.centre;
     let band = measures.band(hip, ease);
@@ -246,11 +242,7 @@ fn leg_levels(
     if leg == Leg::Short {
         let y = -block.short_inseam.at(offset);
         let taper = SHORT_TAPER - SHORT_TAPER_STEP * ease;
-        return vec![Level {
-            y,
-            front: [0.030 - front_fork, front - taper],
-            back: [0.050 - back_fork, back - taper],
-        }];
+        return vec![Level { y, front: [0.030 - front_fork, front - taper], back: [0.050 - back_fork, back - taper] }];
     }
     let crease = 0.5 * (front - front_fork);
     let level = |y: f64, girth: f64| {
