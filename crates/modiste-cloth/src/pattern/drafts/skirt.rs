@@ -34,7 +34,7 @@ const MEN: Block = Block {
 impl Block {
     /// The block of an ease: looser skirts are wider and fuller.
     fn in_cut(&self, ease: f64) -> Self {
-        Self { hip_ease: self.hip_ease + HIP_STEP * ease, flare: self.flare + 0.140 * ease, ..*self }
+        Self { hip_ease: self.hip_ease + HIP_STEP * ease, flare: self.flare + 0.090 * ease, ..*self }
     }
 }
 
