@@ -44,8 +44,13 @@ impl Band {
         Self { hints: vec![NO_HINT; vertices.len()], vertices }
     }
 
-    /// Moves the vertices (m) that stand off `body`.
-    pub(crate) fn draw_in(&mut self, body: &Obstacle, garment: &mut [Vec3]) {
+    /// The vertices of the band itself.
+    pub(crate) fn edge(&self) -> impl Iterator<Item = u32> {
+        self.vertices.iter().filter(|(_, share)| *share >= 1.0).map(|&(vertex, _)| vertex)
+    }
+
+    /// Moves the vertices (m) that stand off `body`, and tells which they are.
+    pub(crate) fn draw_in(&mut self, body: &Obstacle, garment: &mut [Vec3]) -> impl Iterator<Item = u32> {
         for (&(vertex, share), hint) in self.vertices.iter().zip(&mut self.hints) {
             let at = &mut garment[vertex as usize];
             let Some(contact) = body.contact(*at, REACH, hint) else { continue };
@@ -53,6 +58,7 @@ impl Band {
                 *at -= share * (contact.distance - HEIGHT) * contact.normal;
             }
         }
+        self.vertices.iter().map(|&(vertex, _)| vertex)
     }
 }
 
@@ -72,7 +78,7 @@ mod tests {
         let ring: Vec<u32> =
             (0u32..).zip(&cloth).filter(|(_, v)| v.y.abs() < 0.004).map(|(vertex, _)| vertex).collect();
         let mut drawn = cloth.clone();
-        Band::new(&sphere.topology, &ring).draw_in(&body, &mut drawn);
+        Band::new(&sphere.topology, &ring).draw_in(&body, &mut drawn).for_each(drop);
         let off = |v: Vec3| v.length() - 0.2;
         for &vertex in &ring {
             assert!((off(drawn[vertex as usize]) - HEIGHT).abs() < 3e-4, "{}", off(drawn[vertex as usize]));

@@ -3,6 +3,8 @@
 pub mod anchors;
 mod band;
 mod contacts;
+mod cover;
+mod crowding;
 mod exact;
 mod exposure;
 mod fit;
@@ -13,9 +15,11 @@ mod paper;
 pub mod penetration;
 mod shows;
 mod tears;
+mod walk;
 mod warp;
 mod way_out;
 
+pub(crate) use cover::Cover;
 pub use exact::{ExactOptions, ExactReport};
 pub use fit::{Below, Fit, FitOptions};
 pub use layers::upper_body;
