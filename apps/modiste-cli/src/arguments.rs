@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiste::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, DesignChoice, Dress, GarmentEvaluate,
-    GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, Quantity, Sources,
+    Action, BenchDress, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, DesignChoice, Dress,
+    GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, Quantity, Sources,
 };
 
 /// Dressed virtual people, learned from data.
@@ -30,6 +30,9 @@ enum Command {
     /// Simulate and learn garments.
     #[command(subcommand)]
     Garment(GarmentCommand),
+    /// Measure how long a frame takes on this machine.
+    #[command(subcommand)]
+    Bench(BenchCommand),
 }
 
 #[derive(Debug, Subcommand)]
@@ -50,6 +53,13 @@ enum BodyCommand {
     /// Learn the body model of one gender from its population.
     #[command(after_help = "Example:\n  modiste body train --gender male --out assets/body-male.safetensors")]
     Train(TrainArguments),
+}
+
+#[derive(Debug, Subcommand)]
+enum BenchCommand {
+    /// Time the outfits of DRAPE's table 1 from the pose in to the vertices out, one character at a time.
+    #[command(after_help = "Example:\n  modiste bench dress --json")]
+    Dress(BenchDressArguments),
 }
 
 #[derive(Debug, Subcommand)]
@@ -99,6 +109,22 @@ struct DressArguments {
     #[arg(long, value_name = "FOLDER", default_value = "out/dress")]
     out: PathBuf,
     /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct BenchDressArguments {
+    /// Whose body model and garments.
+    #[arg(long, value_enum, default_value = "female")]
+    gender: GenderName,
+    /// Numbers of threads, with commas between.
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2")]
+    threads: Vec<usize>,
+    /// Frames that count.
+    #[arg(long, value_name = "NUMBER", default_value_t = 120)]
+    frames: usize,
+    /// Print a list of rows as JSON.
     #[arg(long)]
     json: bool,
 }
@@ -339,6 +365,11 @@ impl Arguments {
     pub(crate) fn job(&self) -> Result<Job> {
         Ok(match &self.command {
             Command::Dress(arguments) => Job::Dress(arguments.job()),
+            Command::Bench(BenchCommand::Dress(arguments)) => Job::BenchDress(BenchDress {
+                gender: arguments.gender.into(),
+                threads: arguments.threads.clone(),
+                frames: arguments.frames,
+            }),
             Command::Body(BodyCommand::Make(arguments)) => Job::BodyMake(arguments.job()?),
             Command::Body(BodyCommand::Measure(arguments)) => {
                 Job::BodyMeasure(BodyMeasure { file: arguments.file.clone() })
@@ -363,6 +394,7 @@ impl Arguments {
     pub(crate) fn json(&self) -> bool {
         match &self.command {
             Command::Dress(arguments) => arguments.json,
+            Command::Bench(BenchCommand::Dress(arguments)) => arguments.json,
             Command::Body(BodyCommand::Make(arguments)) => arguments.json,
             Command::Body(BodyCommand::Measure(arguments)) => arguments.json,
             Command::Body(BodyCommand::Population(arguments)) => arguments.json,

@@ -29,7 +29,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let display = Display::new();
     let outcome = modiste::run(&job, &|event| display.show(event))?;
     drop(display);
-    let text = if arguments.json() { serde_json::to_string_pretty(&outcome)? } else { results::text(&outcome) };
+    let text = if arguments.json() { results::json(&outcome)? } else { results::text(&outcome) };
     match writeln!(std::io::stdout(), "{text}") {
         // A reader such as `head` may have seen enough.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

@@ -25,6 +25,19 @@ impl Machine {
     }
 }
 
+/// The largest memory that the program has had since [`reset_peak_memory`] (bytes); `None` where the system does not tell.
+pub fn peak_memory() -> Option<u64> {
+    let status = modiste_io::read_text("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kilobytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(1024 * kilobytes)
+}
+
+/// Lets [`peak_memory`] begin anew, where the system can.
+pub fn reset_peak_memory() {
+    let _only_a_measurement = modiste_io::write_in_place("/proc/self/clear_refs", b"5");
+}
+
 /// The first model name in Linux's list of processors.
 fn processor_name(cpuinfo: &str) -> Option<String> {
     let line = cpuinfo.lines().find(|line| line.starts_with("model name"))?;

@@ -1,5 +1,6 @@
 //! What can be asked for.
 
+mod bench_dress;
 mod body_choice;
 mod body_make;
 mod body_measure;
@@ -15,6 +16,7 @@ mod motion_choice;
 
 use serde::Serialize;
 
+pub use bench_dress::{BenchDress, BenchRow, BenchedDress};
 pub use body_choice::BodyChoice;
 pub use body_make::{BodyMake, MadeBody};
 pub use body_measure::{BodyMeasure, MeasuredBody};
@@ -36,6 +38,8 @@ use crate::{JobError, Listener};
 pub enum Job {
     /// Dresses a moving body.
     Dress(Dress),
+    /// Times characters.
+    BenchDress(BenchDress),
     /// Makes a body from measurements.
     BodyMake(BodyMake),
     /// Measures a body.
@@ -60,6 +64,8 @@ pub enum Job {
 pub enum Outcome {
     /// Of [`Job::Dress`].
     Dressed(Dressed),
+    /// Of [`Job::BenchDress`].
+    BenchedDress(BenchedDress),
     /// Of [`Job::BodyMake`].
     MadeBody(MadeBody),
     /// Of [`Job::BodyMeasure`].
@@ -86,6 +92,7 @@ pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
     let reporter = Reporter::new(listener);
     match job {
         Job::Dress(job) => job.run(&reporter).map(Outcome::Dressed),
+        Job::BenchDress(job) => job.run(&reporter).map(Outcome::BenchedDress),
         Job::BodyMake(job) => job.run(&reporter).map(Outcome::MadeBody),
         Job::BodyMeasure(job) => job.run().map(Outcome::MeasuredBody),
         Job::BodyPopulation(job) => job.run(&reporter).map(Outcome::MadePopulation),
