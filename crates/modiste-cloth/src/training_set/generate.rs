@@ -57,7 +57,8 @@ const CUTS: &str = "cuts";
 /// Spare bodies drawn for those that are dropped, as a share.
 const SPARE_SHARE: f64 = 0.25;
 
-/// Dresses random bodies, with a random ease each where the garment is drawn in several cuts, and simulates the mean body through `sequences`, into `folder`.
+/// Dresses random bodies, with a random ease each where the garment is drawn in several cuts, and simulates the mean body
+/// through `sequences`, into `folder`.
 ///
 /// One simulation runs per thread of the current rayon pool. A part that an earlier run finished from the same inputs is
 /// kept. The result does not depend on the number of threads.
