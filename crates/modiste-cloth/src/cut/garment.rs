@@ -7,7 +7,7 @@ use modiste_core::{SolveError, Topology, TopologyError, Vec2};
 
 use super::align::{AlignQuality, align_panel};
 use super::panel_mesh::{PanelMesh, mesh_panel};
-use crate::pattern::{EdgeId, GradedPattern, Outline, PatternFault};
+use crate::pattern::{Cut, EdgeId, Fitting, GradedPattern, Outline, PatternFault};
 
 /// Why a garment could not be cut.
 #[derive(Debug, thiserror::Error)]
@@ -56,7 +56,8 @@ pub struct CutGarment {
     sewn: Arc<Topology>,
     welded_from_loose: Vec<u32>,
     seam_pairs: Vec<[u32; 2]>,
-    points: Vec<Vec<Vec2>>,
+    /// For each cut that the pattern has, the regular one first, and each size.
+    points: Vec<(Cut, Vec<Vec<Vec2>>)>,
     quality: Vec<AlignQuality>,
     face_parts: Vec<Part>,
     waist_band: Vec<[u32; 2]>,
@@ -187,15 +188,18 @@ impl CutGarment {
         &self.seam_pairs
     }
 
-    /// Panel-space position (m) of each loose vertex in a size, as drawn; between two sizes on the way from one to the other.
-    pub fn points(&self, size: f64) -> Vec<Vec2> {
-        let ([lower, upper], share) = self.pattern.between(size);
-        self.points[lower].iter().zip(&self.points[upper]).map(|(a, b)| a.lerp(*b, share)).collect()
+    /// Panel-space position (m) of each loose vertex in a size and ease, as drawn; between two sizes or cuts on the way from
+    /// one to the other.
+    pub fn points(&self, fitting: impl Into<Fitting>) -> Vec<Vec2> {
+        self.pattern.at(fitting.into(), |cut, size| {
+            let of_cut = self.points.iter().find(|(drawn, _)| *drawn == cut).unwrap_or(&self.points[0]);
+            &of_cut.1[size]
+        })
     }
 
-    /// Rest shape of each face in a size: corners in panel space (m) seen from outside, counter-clockwise.
-    pub fn rest_faces(&self, size: f64) -> Vec<[Vec2; 3]> {
-        let points = self.points(size);
+    /// Rest shape of each face in a size and ease: corners in panel space (m) seen from outside, counter-clockwise.
+    pub fn rest_faces(&self, fitting: impl Into<Fitting>) -> Vec<[Vec2; 3]> {
+        let points = self.points(fitting);
         let mut rest = Vec::with_capacity(self.loose.face_count());
         for (panel, range) in self.face_ranges().enumerate() {
             let sense = self.pattern.panels[panel].orientation();
@@ -206,7 +210,7 @@ impl CutGarment {
         rest
     }
 
-    /// How well each panel of each size took the template's triangulation; sizes outermost.
+    /// How well each panel of each size of each cut took the template's triangulation; cuts outermost, then sizes.
     pub fn align_quality(&self) -> &[AlignQuality] {
         &self.quality
     }
@@ -233,7 +237,7 @@ impl CutGarment {
 
     /// Texture coordinates of the corners of each face: the panels of the template size side by side, in the unit square.
     pub fn uv(&self) -> Vec<[[f32; 2]; 3]> {
-        let points = &self.points[self.pattern.template_size];
+        let points = &self.points[0].1[self.pattern.template_size];
         let gap = 0.02;
         let mut shifts = Vec::with_capacity(self.panels.len());
         let (mut width, mut height) = (0.0, 0.0f64);
@@ -326,29 +330,48 @@ fn edge_segments(pattern: &GradedPattern, edge_length: f64) -> Vec<Vec<usize>> {
     segments
 }
 
-type Aligned = (Vec<Vec<Vec2>>, Vec<AlignQuality>);
+type Aligned = (Vec<(Cut, Vec<Vec<Vec2>>)>, Vec<AlignQuality>);
 
 fn align_all(pattern: &GradedPattern, panels: &[PanelMesh]) -> Result<Aligned, CutError> {
-    let mut points = Vec::with_capacity(pattern.sizes.len());
+    let cuts = [Cut::Regular, Cut::Slim, Cut::Loose];
+    let cuts = &cuts[..if pattern.has_ease() { 3 } else { 1 }];
+    let mut points = Vec::with_capacity(cuts.len());
     let mut qualities = Vec::new();
-    for (size, name) in pattern.sizes.iter().enumerate() {
-        let mut all = Vec::new();
-        for (mesh, panel) in panels.iter().zip(&pattern.panels) {
-            let (aligned, quality) = align_panel(mesh, &panel.outlines[size]).map_err(|source| CutError::Align {
-                panel: panel.name.clone(),
-                size: name.name.clone(),
-                source,
-            })?;
-            if quality.min_area_ratio <= 0.0 {
-                let (panel, size) = (panel.name.clone(), name.name.clone());
-                return Err(CutError::TurnedOver { panel, size, ratio: quality.min_area_ratio });
-            }
-            all.extend(aligned);
-            qualities.push(quality);
-        }
-        points.push(all);
+    for &cut in cuts {
+        let of_cut = (0..pattern.sizes.len())
+            .map(|size| align_size(pattern, panels, (cut, size), &mut qualities))
+            .collect::<Result<_, _>>()?;
+        points.push((cut, of_cut));
     }
     Ok((points, qualities))
+}
+
+/// The loose vertices (m) in one size of one cut.
+fn align_size(
+    pattern: &GradedPattern,
+    panels: &[PanelMesh],
+    (cut, size): (Cut, usize),
+    qualities: &mut Vec<AlignQuality>,
+) -> Result<Vec<Vec2>, CutError> {
+    let name = || match cut {
+        Cut::Regular => pattern.sizes[size].name.clone(),
+        Cut::Slim | Cut::Loose => format!("{} {}", pattern.sizes[size].name, cut.name()),
+    };
+    let mut points = Vec::new();
+    for (mesh, panel) in panels.iter().zip(&pattern.panels) {
+        let (aligned, quality) = align_panel(mesh, &panel.in_cut(cut)[size]).map_err(|source| CutError::Align {
+            panel: panel.name.clone(),
+            size: name(),
+            source,
+        })?;
+        if quality.min_area_ratio <= 0.0 {
+            let (panel, size) = (panel.name.clone(), name());
+            return Err(CutError::TurnedOver { panel, size, ratio: quality.min_area_ratio });
+        }
+        points.extend(aligned);
+        qualities.push(quality);
+    }
+    Ok(points)
 }
 
 /// Faces over loose vertices, counter-clockwise seen from outside.

@@ -4,6 +4,7 @@ use modiste_core::{Vec2, Vec3};
 
 use super::Mannequin;
 use crate::cut::CutGarment;
+use crate::pattern::Fitting;
 use crate::{Attachment, BodyCollider};
 
 /// The front of the band sits lower than the back, per metre of depth.
@@ -30,12 +31,12 @@ const SPACING_ROUNDS: usize = 60;
 /// Along the band the holds are spaced as its cloth is, so that it is gathered evenly.
 pub(super) fn hold(
     cut: &CutGarment,
-    size: f64,
+    fitting: Fitting,
     positions: &[Vec3],
     body: &Mannequin,
     collider: &BodyCollider,
 ) -> Vec<Attachment> {
-    let (ring, lengths) = ring(cut, size);
+    let (ring, lengths) = ring(cut, fitting);
     let count = ring.len();
     let height = cut.pattern().band * body.stature();
     let mut places: Vec<Vec3> = ring.iter().map(|&v| positions[v as usize]).collect();
@@ -69,8 +70,8 @@ pub(super) fn hold_in_place(band: &[u32], positions: &[Vec3], collider: &BodyCol
 }
 
 /// The band's vertices in order around the waist, and the rest length from each to the next (m).
-fn ring(cut: &CutGarment, size: f64) -> (Vec<u32>, Vec<f64>) {
-    let lengths = waist_edges(cut, size);
+fn ring(cut: &CutGarment, fitting: Fitting) -> (Vec<u32>, Vec<f64>) {
+    let lengths = waist_edges(cut, fitting);
     let mut links: Vec<([u32; 2], f64)> =
         cut.waist_band().iter().zip(&lengths).map(|(&pair, (_, [a, b]))| (pair, a.distance(*b))).collect();
     let (mut order, mut steps) = (Vec::new(), Vec::new());
@@ -96,20 +97,20 @@ pub(super) fn band_vertices(cut: &CutGarment) -> Vec<u32> {
 /// The rest faces of a size with the band gathered (or let out) to the length of the holds on this body.
 pub(super) fn gathered_rest_faces(
     cut: &CutGarment,
-    size: f64,
+    fitting: Fitting,
     holds: &[Attachment],
     body: &Mannequin,
 ) -> Vec<[Vec2; 3]> {
-    let mut rest = cut.rest_faces(size);
+    let mut rest = cut.rest_faces(fitting);
     if holds.is_empty() {
         return rest;
     }
     let place = |vertex: u32| holds.iter().find(|h| h.vertex == vertex).map(|h| body.surface_point(&h.point));
     let worn: f64 = cut.waist_band().iter().filter_map(|&[a, b]| Some(place(a)?.distance(place(b)?))).sum();
-    let edges: Vec<(usize, [Vec2; 2])> = waist_edges(cut, size);
+    let edges: Vec<(usize, [Vec2; 2])> = waist_edges(cut, fitting);
     let flat: f64 = edges.iter().map(|(_, [a, b])| a.distance(*b)).sum();
     let scale = (ELASTIC_SHARE * worn / flat).clamp(0.6, 1.4);
-    let points = cut.points(size);
+    let points = cut.points(fitting);
     for (panel, range) in cut.face_ranges().enumerate() {
         for face in range {
             let corners = cut.loose_topology().faces()[face];
@@ -128,8 +129,8 @@ pub(super) fn gathered_rest_faces(
 }
 
 /// The segments of the band's edges in panel space, with their panel.
-fn waist_edges(cut: &CutGarment, size: f64) -> Vec<(usize, [Vec2; 2])> {
-    let points = cut.points(size);
+fn waist_edges(cut: &CutGarment, fitting: Fitting) -> Vec<(usize, [Vec2; 2])> {
+    let points = cut.points(fitting);
     let mut edges = Vec::new();
     for id in &cut.pattern().waist_band {
         let start = cut.panel_range(id.panel).start;

@@ -7,7 +7,7 @@ use modiste_core::{Vec2, Vec3};
 
 use super::mannequin::{LOWER_TRUNK, Mannequin, TRUNK};
 use crate::cut::CutGarment;
-use crate::pattern::Wrap;
+use crate::pattern::{Fitting, Wrap};
 
 /// How far above the shoulder the shirt starts, so that its shoulder seams close over the body (m).
 const SHOULDER_LIFT: f64 = 0.03;
@@ -32,13 +32,13 @@ const RIGHT_LEG: [Part; 3] = [Part::RightThigh, Part::RightShin, Part::RightFoot
 /// Torso and hip panels lie on upright elliptic cylinders as long around as the garment, so side seams start almost closed;
 /// sleeves are rolled to closed tubes around the arms; the parts of trousers that go between the legs hang in the middle
 /// plane. The body inside has to be thin ([`thin_body`]) until the seams are closed.
-pub fn place(cut: &CutGarment, size: f64, body: &Mannequin) -> Vec<Vec3> {
+pub fn place(cut: &CutGarment, fitting: Fitting, body: &Mannequin) -> Vec<Vec3> {
     let pattern = cut.pattern();
-    let points = cut.points(size);
+    let points = cut.points(fitting);
     let mut placed = vec![Vec3::ZERO; points.len()];
     let wrapped = |wrap: Wrap| -> Vec<Vec<Vec2>> {
         let panels = (0..pattern.panels.len()).filter(|&panel| pattern.panels[panel].wrap == wrap);
-        panels.map(|panel| pattern.corners(panel, size)).collect()
+        panels.map(|panel| pattern.corners(panel, fitting)).collect()
     };
     let torso = ring(&wrapped(Wrap::TorsoFront), &wrapped(Wrap::TorsoBack));
     let legs = ring(&wrapped(Wrap::LeftLegFront), &wrapped(Wrap::LeftLegBack));
@@ -53,7 +53,7 @@ pub fn place(cut: &CutGarment, size: f64, body: &Mannequin) -> Vec<Vec3> {
     });
     let arms = [wrapped(Wrap::LeftArm), wrapped(Wrap::RightArm)];
     for (index, panel) in pattern.panels.iter().enumerate() {
-        let outline = pattern.corners(index, size);
+        let outline = pattern.corners(index, fitting);
         let leg = leg_of(panel.wrap, &wrapped);
         for i in cut.panel_range(index) {
             let p = points[i];

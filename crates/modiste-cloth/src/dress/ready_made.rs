@@ -681,7 +681,7 @@ mod tests {
         let moved = dressed.state.positions.iter().zip(&x).map(|(a, b)| a.distance(*b)).sum::<f64>() / x.len() as f64;
         assert!(moved < 0.06, "it keeps its shape: {moved}");
         let carrier = Carrier::new(&dressed.state.positions, &body.vertices);
-        let carried = tailor.redress(&carrier, &dressed, &body, &wider).unwrap();
+        let carried = tailor.redress(&carrier, &dressed, &body, (&wider, 0.0)).unwrap();
         assert!(carried.quality.stretch < 0.06, "{:?}", carried.quality);
     }
 }

@@ -7,6 +7,7 @@ use modiste_core::Vec3;
 use super::place::{place, thin_body};
 use super::{DressError, Mannequin};
 use crate::cut::CutGarment;
+use crate::pattern::Fitting;
 use crate::{BodyCollider, ClothModel, ClothState, Fabric, Seam, Solver, SolverOptions};
 
 /// Widest gap of a seam before it is welded (m).
@@ -54,7 +55,7 @@ pub struct Sewn {
 /// Seams that do not close to [`SEAM_TOLERANCE`], or what the physics refuses.
 pub fn sew(
     cut: &CutGarment,
-    size: f64,
+    fitting: Fitting,
     body: &Mannequin,
     fabric: &Fabric,
     solver: SolverOptions,
@@ -68,14 +69,14 @@ pub fn sew(
         damping: DAMPING,
         ..solver
     };
-    let (loose, widest_seam, frames) = close_seams(cut, size, body, &thin, fabric, options)?;
+    let (loose, widest_seam, frames) = close_seams(cut, fitting, body, &thin, fabric, options)?;
     let mut sums = vec![(Vec3::ZERO, 0.0); cut.topology().vertex_count()];
     for (position, &welded) in loose.iter().zip(cut.welded_from_loose()) {
         sums[welded as usize].0 += *position;
         sums[welded as usize].1 += 1.0;
     }
     let mut state = ClothState::at_rest(sums.into_iter().map(|(sum, count)| sum / count).collect());
-    let model = ClothModel::new(Arc::clone(cut.topology()), cut.rest_faces(size), fabric)?;
+    let model = ClothModel::new(Arc::clone(cut.topology()), cut.rest_faces(fitting), fabric)?;
     let mut collider = BodyCollider::new(Arc::clone(&body.topology), &thin)?;
     let mut solver = Solver::new(&model, options);
     let mut grown = vec![Vec3::ZERO; thin.len()];
@@ -93,14 +94,14 @@ pub fn sew(
 /// Loose positions with all seams closed, the widest gap left (m), and the frames it took.
 fn close_seams(
     cut: &CutGarment,
-    size: f64,
+    fitting: Fitting,
     body: &Mannequin,
     thin: &[Vec3],
     fabric: &Fabric,
     options: SolverOptions,
 ) -> Result<(Vec<Vec3>, f64, usize), DressError> {
-    let mut state = ClothState::at_rest(place(cut, size, body));
-    let mut model = ClothModel::new(Arc::clone(cut.loose_topology()), cut.rest_faces(size), fabric)?;
+    let mut state = ClothState::at_rest(place(cut, fitting, body));
+    let mut model = ClothModel::new(Arc::clone(cut.loose_topology()), cut.rest_faces(fitting), fabric)?;
     let gap = |x: &[Vec3], [a, b]: [u32; 2]| x[a as usize].distance(x[b as usize]);
     let gaps: Vec<f64> = cut.seam_pairs().iter().map(|&pair| gap(&state.positions, pair)).collect();
     model.seams = cut.seam_pairs().iter().zip(&gaps).map(|(&pair, &gap)| Seam::new(pair, gap)).collect();

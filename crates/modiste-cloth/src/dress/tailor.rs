@@ -12,6 +12,7 @@ use super::settle::{SettleOptions, Stage};
 use super::sew::sew;
 use super::{Design, DressError, Mannequin, ReadyMade};
 use crate::cut::CutGarment;
+use crate::pattern::Fitting;
 use crate::{Attachment, BodyCollider, ClothModel, ClothState, ElasticEdge, Fabric, SolverOptions};
 
 /// The size of what has none.
@@ -67,8 +68,8 @@ enum Form {
 /// A garment on a body, at rest.
 #[derive(Debug, Clone)]
 pub struct Dressed {
-    /// The size: an index into those of the pattern, or between two; 0 for what is made to measure.
-    pub size: f64,
+    /// The size, an index into those of the pattern, or between two, and the ease; both 0 for what is made to measure.
+    pub fitting: Fitting,
     /// The cloth.
     pub state: ClothState,
     /// The physics of the garment in this size on this body: what [`crate::Solver`] steps on.
@@ -186,7 +187,7 @@ impl Tailor {
         &self.options
     }
 
-    /// Dresses a body from the flat panels: places, sews, settles. A sewn mesh is laid on it and settles.
+    /// Dresses a body from the flat panels in the regular cut: places, sews, settles. A sewn mesh is laid on it and settles.
     ///
     /// # Errors
     /// [`DressError`] with the plain reason.
@@ -194,23 +195,32 @@ impl Tailor {
         let collider = BodyCollider::new(Arc::clone(&body.topology), &body.vertices)?;
         match &self.form {
             Form::Cut(cut) => {
-                let size = cut.pattern().choose_size(&body.girths());
-                let sewn = sew(cut, size, body, &self.fabric, self.options.solver)?;
-                let holds = band::hold(cut, size, &sewn.positions, body, &collider);
-                let mut dressed = self.settle(sewn.positions, holds, body, &self.options.first_settle)?;
+                let fitting = Fitting::from(cut.pattern().choose_size(&body.girths()));
+                let sewn = sew(cut, fitting, body, &self.fabric, self.options.solver)?;
+                let holds = band::hold(cut, fitting, &sewn.positions, body, &collider);
+                let mut dressed = self.settle(sewn.positions, holds, (body, 0.0), &self.options.first_settle)?;
                 dressed.widest_seam = sewn.widest_seam;
                 Ok(dressed)
             }
             Form::ReadyMade(mesh) => {
                 let start = mesh.made_for(body);
                 let holds = band::hold_in_place(mesh.band(), &start, &collider);
-                self.settle(start, holds, body, &self.options.settle)
+                self.settle(start, holds, (body, 0.0), &self.options.settle)
             }
         }
     }
 
+    /// Whether the garment can be cut slimmer and looser.
+    pub fn has_ease(&self) -> bool {
+        match &self.form {
+            Form::Cut(cut) => cut.pattern().has_ease(),
+            Form::ReadyMade(_) => false,
+        }
+    }
+
     /// Dresses another body, alike: the drape `from` on `from_body` is carried along as one body turns into the other, takes
-    /// the size that fits, and settles. Folds stay where they were, so that drapes can be compared from body to body.
+    /// the size that fits with an ease from -1 (slim) to 1 (loose), and settles. Folds stay where they were, so that drapes
+    /// can be compared from body to body. Garments of one cut are not changed by the ease.
     ///
     /// The two bodies must have the same topology.
     ///
@@ -221,10 +231,10 @@ impl Tailor {
         carrier: &Carrier,
         from: &Dressed,
         from_body: &Mannequin,
-        body: &Mannequin,
+        (body, ease): (&Mannequin, f64),
     ) -> Result<Dressed, DressError> {
         let start = carrier.carry(self.topology(), &from.state.positions, &from_body.vertices, &body.vertices);
-        self.settle(start, from.model.attachments.clone(), body, &self.options.settle)
+        self.settle(start, from.model.attachments.clone(), (body, ease), &self.options.settle)
     }
 
     /// The garment as it is cut for a body, before it is sewn.
@@ -243,8 +253,8 @@ impl Tailor {
     pub fn garment(&self, dressed: &Dressed, body: &Mannequin) -> SewnGarment {
         let (size, rest_faces, waist_band, uv) = match &self.form {
             Form::Cut(cut) => (
-                cut.pattern().size_name(dressed.size).to_owned(),
-                cut.rest_faces(dressed.size),
+                cut.pattern().size_name(dressed.fitting.size).to_owned(),
+                cut.rest_faces(dressed.fitting),
                 band::band_vertices(cut),
                 cut.uv(),
             ),
@@ -270,39 +280,42 @@ impl Tailor {
         &self,
         start: Vec<Vec3>,
         holds: Vec<Attachment>,
-        body: &Mannequin,
+        (body, ease): (&Mannequin, f64),
         settle: &SettleOptions,
     ) -> Result<Dressed, DressError> {
-        let (size, mut model) = match &self.form {
-            Form::Cut(cut) => self.cut_model(cut, &holds, body)?,
-            Form::ReadyMade(mesh) => (0.0, mesh.model(body, &self.fabric)?),
+        let (fitting, mut model) = match &self.form {
+            Form::Cut(cut) => {
+                let fitting = Fitting { size: cut.pattern().choose_size(&body.girths()), ease };
+                (fitting, self.cut_model(cut, fitting, &holds, body)?)
+            }
+            Form::ReadyMade(mesh) => (Fitting::default(), mesh.model(body, &self.fabric)?),
         };
         model.attachments = holds;
         let mut state = ClothState::at_rest(start);
         let mut collider = BodyCollider::new(Arc::clone(&body.topology), &body.vertices)?;
         let speed = settle.run(&model, &mut state, &mut collider, self.options.solver)?;
         let quality = inspect(self.face_parts(), &model, &state, body);
-        Ok(Dressed { size, state, model, quality, widest_seam: 0.0, speed })
+        Ok(Dressed { fitting, state, model, quality, widest_seam: 0.0, speed })
     }
 
-    /// The size that fits, and the physics of the garment in it, its band gathered to the holds.
+    /// The physics of the garment in a size and ease, its band gathered to the holds.
     fn cut_model(
         &self,
         cut: &CutGarment,
+        fitting: Fitting,
         holds: &[Attachment],
         body: &Mannequin,
-    ) -> Result<(f64, ClothModel), DressError> {
-        let size = cut.pattern().choose_size(&body.girths());
-        let rest = band::gathered_rest_faces(cut, size, holds, body);
+    ) -> Result<ClothModel, DressError> {
+        let rest = band::gathered_rest_faces(cut, fitting, holds, body);
         let mut model = ClothModel::new(Arc::clone(cut.topology()), rest, &self.fabric)?;
-        let points = cut.points(size);
+        let points = cut.points(fitting);
         for rib in cut.ribs() {
             let [a, b] = rib.loose.map(|v| points[v as usize]);
             let rest_length = rib.scale * a.distance(b);
             let stiffness = rib.modulus / rest_length;
             model.elastic_edges.push(ElasticEdge { vertices: rib.vertices, rest_length, stiffness });
         }
-        Ok((size, model))
+        Ok(model)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use modiste_core::Vec2;
 
-use super::{EdgeId, GradedPattern, Stitch, signed_area};
+use super::{Cut, EdgeId, GradedPattern, Stitch, signed_area};
 
 /// Segments a curved edge is split into when looking for crossings.
 const CHECK_SEGMENTS: usize = 16;
@@ -102,8 +102,8 @@ impl GradedPattern {
     /// The first [`PatternFault`] found.
     pub fn check(&self) -> Result<(), PatternFault> {
         self.check_counts()?;
-        for panel in &self.panels {
-            for (size, outline) in self.sizes.iter().zip(&panel.outlines) {
+        for (panel, cut) in self.panels.iter().flat_map(|panel| Cut::ALL.map(|cut| (panel, cut))) {
+            for (size, outline) in self.sizes.iter().zip(panel.in_cut(cut)) {
                 let polygon = outline.polygon(CHECK_SEGMENTS);
                 let area = signed_area(&polygon);
                 let turned = area.signum() * panel.orientation() < 0.0;
@@ -120,17 +120,18 @@ impl GradedPattern {
             }
         }
         self.check_connected()?;
-        for seam in 0..self.stitches.len() {
-            for size in 0..self.sizes.len() {
-                self.check_seam(seam, size)?;
+        let cuts = Cut::ALL.into_iter().filter(|&cut| cut == Cut::Regular || self.has_ease());
+        for cut in cuts {
+            for seam in 0..self.stitches.len() {
+                (0..self.sizes.len()).try_for_each(|size| self.check_seam(seam, cut, size))?;
             }
         }
         Ok(())
     }
 
-    /// Lengths (m) of the two sides of a stitch in a size.
-    pub fn seam_lengths(&self, stitch: &Stitch, size: usize) -> [f64; 2] {
-        stitch.sides.map(|side| self.panels[side.panel].outlines[size].edge_length(side.edge))
+    /// Lengths (m) of the two sides of a stitch in a size of a cut that the pattern has.
+    pub fn seam_lengths(&self, stitch: &Stitch, cut: Cut, size: usize) -> [f64; 2] {
+        stitch.sides.map(|side| self.panels[side.panel].in_cut(cut)[size].edge_length(side.edge))
     }
 
     fn check_counts(&self) -> Result<(), PatternFault> {
@@ -140,10 +141,15 @@ impl GradedPattern {
             }
             Err(PatternFault::Count { panel: panel.to_owned(), what, wanted, found })
         };
+        // All panels have three cuts, or none has.
+        let has_cuts = self.panels.iter().any(|panel| !(panel.slim.is_empty() && panel.loose.is_empty()));
+        let outer = if has_cuts { self.sizes.len() } else { 0 };
         for panel in &self.panels {
             let edges = panel.edge_labels.len();
             count(&panel.name, "number of outlines", self.sizes.len(), panel.outlines.len())?;
-            for outline in &panel.outlines {
+            count(&panel.name, "number of outlines of the slim cut", outer, panel.slim.len())?;
+            count(&panel.name, "number of outlines of the loose cut", outer, panel.loose.len())?;
+            for outline in panel.outlines.iter().chain(&panel.slim).chain(&panel.loose) {
                 count(&panel.name, "number of vertices", edges, outline.vertices.len())?;
                 count(&panel.name, "number of curves", edges, outline.curves.len())?;
             }
@@ -182,9 +188,9 @@ impl GradedPattern {
         }
     }
 
-    fn check_seam(&self, seam: usize, size: usize) -> Result<(), PatternFault> {
+    fn check_seam(&self, seam: usize, cut: Cut, size: usize) -> Result<(), PatternFault> {
         let stitch = &self.stitches[seam];
-        let [a_length, b_length] = self.seam_lengths(stitch, size);
+        let [a_length, b_length] = self.seam_lengths(stitch, cut, size);
         if a_length.max(b_length) <= self.gather * a_length.min(b_length) {
             return Ok(());
         }
@@ -223,7 +229,7 @@ pub(crate) fn crosses_itself(polygon: &[Vec2]) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{PatternFault, crosses_itself};
+    use super::{Cut, PatternFault, crosses_itself};
     use crate::pattern::builtin::draft;
     use crate::pattern::{GARMENTS, draft_shorts, draft_tshirt};
     use modiste_body::Gender;
@@ -236,10 +242,11 @@ mod tests {
                 let pattern = draft(garment, gender).unwrap();
                 pattern.check().unwrap();
                 assert!(pattern.sizes.len() >= 7);
-                for stitch in &pattern.stitches {
+                assert!(pattern.has_ease());
+                for (stitch, cut) in pattern.stitches.iter().flat_map(|stitch| Cut::ALL.map(|cut| (stitch, cut))) {
                     for size in 0..pattern.sizes.len() {
-                        let [a, b] = pattern.seam_lengths(stitch, size);
-                        assert!((a - b).abs() < 5e-4, "{} {stitch:?}: {a} {b}", pattern.garment);
+                        let [a, b] = pattern.seam_lengths(stitch, cut, size);
+                        assert!((a - b).abs() < 5e-4, "{} {cut:?} {stitch:?}: {a} {b}", pattern.garment);
                     }
                 }
             }

@@ -1,7 +1,8 @@
 //! Patterns as JSON: GarmentCode's specification with the sizes, part labels and anchors of ours beside it.
 //!
 //! The `pattern` and `properties` members are GarmentCode's, holding the template size, so its tools read our files;
-//! the `modiste` member adds the grading: for each panel the vertices and curves in every size.
+//! the `modiste` member adds the grading: for each panel the vertices and curves in every size, and where there are
+//! several cuts in every size of the slim and the loose one.
 
 use modiste_body::Part;
 use modiste_core::Vec2;
@@ -108,6 +109,10 @@ struct GradedPanel {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     covers: Vec<Part>,
     grading: Vec<Grade>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    slim: Vec<Grade>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    loose: Vec<Grade>,
 }
 
 /// One size of one panel, in the file's unit: corners, and the curve parameters of the edges that have any.
@@ -262,6 +267,8 @@ impl GradedPattern {
                     lower_parts: p.lower_parts.clone(),
                     covers: p.covers.clone(),
                     grading: p.outlines.iter().map(grade).collect(),
+                    slim: p.slim.iter().map(grade).collect(),
+                    loose: p.loose.iter().map(grade).collect(),
                 })
                 .collect(),
             waist_band: self.waist_band.iter().map(|&id| edge_name(id)).collect(),
@@ -345,18 +352,17 @@ fn flat_translation(wrap: Wrap) -> [f64; 3] {
 }
 
 fn panel_from(flat: &garmentcode::Panel, graded: GradedPanel, units: f64) -> Panel {
-    let outlines = graded
-        .grading
-        .iter()
-        .map(|grade| Outline {
-            vertices: grade.vertices.iter().map(|&[x, y]| Vec2::new(x, y) / units).collect(),
-            curves: grade.curvature.iter().map(|c| curve_from(c.as_ref(), units)).collect(),
-        })
-        .collect();
+    let outline = |grade: &Grade| Outline {
+        vertices: grade.vertices.iter().map(|&[x, y]| Vec2::new(x, y) / units).collect(),
+        curves: grade.curvature.iter().map(|c| curve_from(c.as_ref(), units)).collect(),
+    };
+    let outlines = |grades: &[Grade]| grades.iter().map(outline).collect();
     Panel {
         name: graded.name,
         edge_labels: flat.edges.iter().map(|e| e.label.clone().unwrap_or_default()).collect(),
-        outlines,
+        outlines: outlines(&graded.grading),
+        slim: outlines(&graded.slim),
+        loose: outlines(&graded.loose),
         wrap: graded.wrap,
         part: graded.part,
         lower_parts: graded.lower_parts,
@@ -425,7 +431,7 @@ fn number_rows_on_one_line(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::pattern::{GradedPattern, PatternError, draft_shorts};
+    use crate::pattern::{Cut, GradedPattern, PatternError, draft_shorts};
     use modiste_body::Gender;
 
     #[test]
@@ -439,7 +445,7 @@ mod tests {
                 (&a.name, &a.edge_labels, a.wrap, &a.lower_parts),
                 (&b.name, &b.edge_labels, b.wrap, &b.lower_parts)
             );
-            for (p, q) in a.outlines.iter().zip(&b.outlines) {
+            for (p, q) in Cut::ALL.into_iter().flat_map(|cut| a.in_cut(cut).iter().zip(b.in_cut(cut))) {
                 assert!(p.vertices.iter().zip(&q.vertices).all(|(v, w)| v.distance(*w) < 1e-7));
                 assert!((p.edge_length(1) - q.edge_length(1)).abs() < 1e-7);
             }

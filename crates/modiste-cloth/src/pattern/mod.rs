@@ -4,6 +4,7 @@ mod builtin;
 mod check;
 mod curve;
 mod drafts;
+mod fitting;
 mod json;
 mod ungraded;
 
@@ -15,6 +16,7 @@ pub use builtin::{GARMENTS, builtin, draft, known};
 pub use check::PatternFault;
 pub use curve::Curve;
 pub use drafts::{draft_longsleeve, draft_pants, draft_shorts, draft_skirt, draft_tshirt};
+pub use fitting::{Cut, Fitting};
 pub use json::PatternError;
 pub use ungraded::Wearer;
 
@@ -95,8 +97,12 @@ pub struct Panel {
     pub name: String,
     /// Label of each edge; empty where it needs none.
     pub edge_labels: Vec<String>,
-    /// The outline in each size (m).
+    /// The outline in each size (m), in the regular cut.
     pub outlines: Vec<Outline>,
+    /// The same in the slim cut and in the loose one; both empty where the pattern has one cut alone.
+    pub slim: Vec<Outline>,
+    /// See [`Self::slim`].
+    pub loose: Vec<Outline>,
     /// How the panel is laid around the body before sewing.
     pub wrap: Wrap,
     /// The body part that the panel moves with.
@@ -215,6 +221,15 @@ impl Panel {
         self.outlines[0].signed_area().signum()
     }
 
+    /// The outlines of a cut, one per size; empty where there is no such cut.
+    pub fn in_cut(&self, cut: Cut) -> &[Outline] {
+        match cut {
+            Cut::Slim => &self.slim,
+            Cut::Regular => &self.outlines,
+            Cut::Loose => &self.loose,
+        }
+    }
+
     /// The first edge with this label.
     pub fn edge_labelled(&self, label: &str) -> Option<usize> {
         self.edge_labels.iter().position(|l| l == label)
@@ -263,11 +278,10 @@ impl GradedPattern {
         &self.sizes[if share < 0.5 { lower } else { upper }].name
     }
 
-    /// The grading points (m) of a panel in a size.
-    pub(crate) fn corners(&self, panel: usize, size: f64) -> Vec<Vec2> {
-        let ([lower, upper], share) = self.between(size);
-        let [lower, upper] = [lower, upper].map(|size| &self.panels[panel].outlines[size].vertices);
-        lower.iter().zip(upper).map(|(a, b)| a.lerp(*b, share)).collect()
+    /// The grading points (m) of a panel in a size and ease.
+    pub(crate) fn corners(&self, panel: usize, fitting: Fitting) -> Vec<Vec2> {
+        let panel = &self.panels[panel];
+        self.at(fitting, |cut, size| &panel.in_cut(cut)[size].vertices)
     }
 }
 

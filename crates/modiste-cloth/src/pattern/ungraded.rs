@@ -424,6 +424,8 @@ fn panel(sheet: &Sheet, corners: &[Vec2], scales: &[[f64; 3]], wearer: &Wearer) 
         name: sheet.name.clone(),
         edge_labels: sheet.labels.clone(),
         outlines: scales.iter().map(outline).collect(),
+        slim: Vec::new(),
+        loose: Vec::new(),
         wrap,
         part,
         lower_parts,

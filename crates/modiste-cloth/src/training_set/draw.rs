@@ -1,6 +1,6 @@
-//! Body shapes drawn at random.
+//! Body shapes and eases drawn at random.
 
-use modiste_core::{normal, seeded_rng};
+use modiste_core::{normal, seeded_rng, uniform};
 
 /// Coefficients beyond this are drawn again.
 const LARGEST: f64 = 3.0;
@@ -18,9 +18,29 @@ pub fn draw_shapes(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> 
     (0..count).map(|_| (0..dimensions).map(|_| coefficient()).collect()).collect()
 }
 
+/// Eases must not follow the shapes of the same seed.
+const EASE_STREAM: u64 = 0x65_61_73_65;
+
+/// `count` eases, uniform from -1 (slim) to 1 (loose); the same seed gives the same ones, and more of them begin with them.
+pub fn draw_eases(count: usize, seed: u64) -> Vec<f64> {
+    let mut rng = seeded_rng(seed ^ EASE_STREAM);
+    (0..count).map(|_| 2.0 * uniform(&mut rng) - 1.0).collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::draw_shapes;
+    use super::{draw_eases, draw_shapes};
+
+    #[test]
+    fn eases_are_uniform_and_repeatable() {
+        let eases = draw_eases(1000, 3);
+        assert!(eases.iter().all(|ease| (-1.0..1.0).contains(ease)));
+        let mean = eases.iter().sum::<f64>() / 1000.0;
+        let variance = eases.iter().map(|ease| ease * ease).sum::<f64>() / 1000.0;
+        assert!(mean.abs() < 0.05 && (variance - 1.0 / 3.0).abs() < 0.03, "{mean} {variance}");
+        assert_eq!(draw_eases(10, 3), eases[..10]);
+        assert_ne!(draw_eases(10, 4), eases[..10]);
+    }
 
     #[test]
     fn shapes_are_standard_normal_and_repeatable() {

@@ -26,6 +26,9 @@ pub(super) struct Manifest {
     pub(super) seed: u64,
     pub(super) units: String,
     pub(super) fabric: String,
+    /// About how many vertices were asked for; absent in sets of before.
+    #[serde(default)]
+    pub(super) vertex_count: Option<usize>,
     pub(super) hashes: BTreeMap<String, String>,
     pub(super) sequences: Vec<Entry>,
     pub(super) dropped: Vec<Dropped>,
@@ -67,6 +70,8 @@ pub struct Dropped {
 #[derive(Debug, Clone)]
 pub(super) struct ShapePiece {
     pub(super) shape: Vec<f64>,
+    /// `None` for a garment of one cut.
+    pub(super) ease: Option<f64>,
     pub(super) size: f64,
     pub(super) stretch: f64,
     pub(super) vertices: Vec<Vec3>,
@@ -152,7 +157,12 @@ impl Folder {
         let beta: Vec<f32> = pieces.iter().flat_map(|p| p.shape.iter().map(|&b| b as f32)).collect();
         let vertices: Vec<Vec<Vec3>> = pieces.iter().map(|p| p.vertices.clone()).collect();
         let sizes: Vec<f32> = pieces.iter().map(|p| p.size as f32).collect();
-        Writer::new()
+        let eases: Option<Vec<f32>> = pieces.iter().map(|p| p.ease.map(|ease| ease as f32)).collect();
+        let mut writer = Writer::new();
+        if let Some(eases) = eases {
+            writer.add_f32("ease", &[eases.len()], eases);
+        }
+        writer
             .add_f32("beta", &[pieces.len(), dimensions], beta)
             .add_f32("vertices", &[pieces.len(), count, 3], flat(&vertices))
             .add_f32("body_anchors", &[pieces.len(), body_anchors.first().map_or(0, Vec::len), 3], flat(body_anchors))
@@ -174,10 +184,16 @@ impl Folder {
     }
 
     /// A body that was dressed in an earlier run from the same inputs.
-    pub(super) fn read_piece(&self, index: usize, inputs: &str, shape: &[f64]) -> Option<ShapePiece> {
+    pub(super) fn read_piece(
+        &self,
+        index: usize,
+        inputs: &str,
+        (shape, ease): (&[f64], Option<f64>),
+    ) -> Option<ShapePiece> {
         let reader = Reader::open(self.piece_path(index, inputs)).ok()?;
         Some(ShapePiece {
             shape: shape.to_vec(),
+            ease,
             size: reader.scalar("size").ok()?,
             stretch: reader.scalar("stretch").ok()?,
             vertices: reader.points("vertices").ok()?,

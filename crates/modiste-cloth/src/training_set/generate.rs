@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::folder::{Entry, Folder, Manifest, SCHEMA, ShapePiece};
 use super::wardrobe::simulated_frames;
-use super::{Sequence, TrainingError, Wardrobe, draw_shapes};
+use super::{Sequence, TrainingError, Wardrobe, draw_eases, draw_shapes};
 use crate::dress::{Design, TailorOptions};
 
 pub use super::folder::Dropped;
@@ -32,9 +32,9 @@ pub struct TrainingOptions {
 }
 
 impl TrainingOptions {
-    /// The usual set of a garment: 60 bodies of 20 coefficients.
+    /// The usual set of a garment: 90 bodies of 20 coefficients.
     pub fn new(design: impl Into<Design>) -> Self {
-        Self { design: design.into(), body_count: 60, dimensions: 20, seed: 1, tailor: TailorOptions::default() }
+        Self { design: design.into(), body_count: 90, dimensions: 20, seed: 1, tailor: TailorOptions::default() }
     }
 }
 
@@ -51,10 +51,14 @@ pub struct Summary {
     pub dropped: Vec<Dropped>,
 }
 
+/// Name of the hash of a pattern in all its cuts, which the bodies depend on and the motions do not.
+const CUTS: &str = "cuts";
+
 /// Spare bodies drawn for those that are dropped, as a share.
 const SPARE_SHARE: f64 = 0.25;
 
-/// Dresses random bodies and simulates the mean body through `sequences`, into `folder`.
+/// Dresses random bodies, with a random ease each where the garment is drawn in several cuts, and simulates the mean body
+/// through `sequences`, into `folder`.
 ///
 /// One simulation runs per thread of the current rayon pool. A part that an earlier run finished from the same inputs is
 /// kept. The result does not depend on the number of threads.
@@ -100,9 +104,15 @@ pub fn generate(
 
 fn new_manifest(wardrobe: &Wardrobe, options: &TrainingOptions) -> Manifest {
     let design = wardrobe.tailor().design();
+    // Motions are simulated in the regular cut: they need not be done again where others change.
+    let regular = match design {
+        Design::Pattern(pattern) => pattern.regular().to_json(),
+        Design::ReadyMade(_) => design.to_json(),
+    };
     let points = |x: &[Vec3]| -> Vec<u8> { x.iter().flat_map(|v| v.to_array()).flat_map(f64::to_le_bytes).collect() };
     let hashes = [
-        ("pattern", modiste_io::hash(design.to_json().as_bytes())),
+        ("pattern", modiste_io::hash(regular.as_bytes())),
+        (CUTS, modiste_io::hash(design.to_json().as_bytes())),
         ("body", modiste_io::hash(&points(&wardrobe.mean().vertices))),
         ("template", modiste_io::hash(&points(&wardrobe.template().state.positions))),
         ("options", modiste_io::hash(format!("{:?}", options.tailor).as_bytes())),
@@ -114,6 +124,7 @@ fn new_manifest(wardrobe: &Wardrobe, options: &TrainingOptions) -> Manifest {
         seed: options.seed,
         units: "metres, radians".to_owned(),
         fabric: design.material().to_owned(),
+        vertex_count: Some(options.tailor.vertex_count),
         hashes: BTreeMap::from(hashes.map(|(name, hash)| (name.to_owned(), hash))),
         sequences: Vec::new(),
         dropped: Vec::new(),
@@ -133,11 +144,19 @@ impl Maker<'_> {
         self.manifest.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Hash of everything that a part is made from: the set's own inputs and `more`.
+    /// Hash of everything that a part is made from: the set's own inputs, the outer cuts left out, and `more`.
     fn inputs(&self, more: &[u8]) -> String {
-        let mut bytes: Vec<u8> = self.manifest().hashes.values().flat_map(|hash| hash.bytes()).collect();
+        let manifest = self.manifest();
+        let shared = manifest.hashes.iter().filter(|(name, _)| *name != CUTS);
+        let mut bytes: Vec<u8> = shared.flat_map(|(_, hash)| hash.bytes()).collect();
         bytes.extend_from_slice(more);
         modiste_io::hash(&bytes)
+    }
+
+    /// [`Self::inputs`] of what is dressed in all cuts.
+    fn inputs_in_cuts(&self, more: &str) -> String {
+        let cuts = if self.wardrobe.tailor().has_ease() { self.manifest().hashes[CUTS].clone() } else { String::new() };
+        self.inputs(format!("{more}{cuts}").as_bytes())
     }
 
     fn drop_part(&self, name: String, error: &TrainingError) {
@@ -190,7 +209,7 @@ impl Maker<'_> {
 
     fn bodies(&self, options: &TrainingOptions) -> Result<(), TrainingError> {
         let wanted = options.body_count;
-        let inputs = self.inputs(format!("{} {} {}", options.body_count, options.dimensions, options.seed).as_bytes());
+        let inputs = self.inputs_in_cuts(&format!("{} {} {}", options.body_count, options.dimensions, options.seed));
         if self.manifest().is_finished("shapes", &inputs) && self.folder.has_shapes() {
             return Ok(());
         }
@@ -198,7 +217,8 @@ impl Maker<'_> {
         self.progress.start(&stage, wanted);
         let most = wanted + (SPARE_SHARE * wanted as f64).ceil() as usize;
         let shapes = draw_shapes(most, options.dimensions, options.seed);
-        let piece_inputs = self.inputs(options.seed.to_string().as_bytes());
+        let eases = self.wardrobe.tailor().has_ease().then(|| draw_eases(most, options.seed));
+        let piece_inputs = self.inputs_in_cuts(&options.seed.to_string());
         let done = AtomicUsize::new(0);
         let mut pieces: Vec<ShapePiece> = Vec::with_capacity(wanted);
         let mut next = 0;
@@ -211,7 +231,8 @@ impl Maker<'_> {
                 .into_par_iter()
                 .with_max_len(1)
                 .map(|index| {
-                    let piece = self.body(index, &piece_inputs, &shapes[index])?;
+                    let ease = eases.as_ref().map(|eases| eases[index]);
+                    let piece = self.body(index, &piece_inputs, (&shapes[index], ease))?;
                     self.progress.advance(&stage, done.fetch_add(1, Ordering::Relaxed) + 1);
                     Ok(piece)
                 })
@@ -255,14 +276,20 @@ impl Maker<'_> {
     }
 
     /// Dresses one body, or takes it from an earlier run.
-    fn body(&self, index: usize, inputs: &str, shape: &[f64]) -> Result<ShapePiece, TrainingError> {
-        if let Some(piece) = self.folder.read_piece(index, inputs, shape) {
+    fn body(
+        &self,
+        index: usize,
+        inputs: &str,
+        (shape, ease): (&[f64], Option<f64>),
+    ) -> Result<ShapePiece, TrainingError> {
+        if let Some(piece) = self.folder.read_piece(index, inputs, (shape, ease)) {
             return Ok(piece);
         }
-        let dressed = self.wardrobe.dress(&self.wardrobe.model().body(shape)?)?;
+        let dressed = self.wardrobe.dress(&self.wardrobe.model().body(shape)?, ease.unwrap_or(0.0))?;
         let piece = ShapePiece {
             shape: shape.to_vec(),
-            size: dressed.size,
+            ease,
+            size: dressed.fitting.size,
             stretch: dressed.quality.stretch,
             vertices: dressed.state.positions,
         };

@@ -10,7 +10,7 @@ mod generate;
 mod sequences;
 mod wardrobe;
 
-pub use draw::draw_shapes;
+pub use draw::{draw_eases, draw_shapes};
 pub use error::TrainingError;
 pub use generate::{Dropped, Summary, TrainingOptions, generate};
 pub use sequences::{HELD_OUT_CLIPS, Sequence, TRAINING_CLIPS, Window, held_out_sequences, training_sequences};

@@ -118,10 +118,7 @@ pub fn training_sequences(
         sequences.push(Sequence { name: (*name).to_owned(), motion: make(body, *seconds)? });
     }
     if let Some(folder) = mocap {
-        let captured = clips(body, folder, &TRAINING_CLIPS, progress)?;
-        let mirrored = mirrored(&captured);
-        sequences.extend(captured);
-        sequences.extend(mirrored);
+        sequences.extend(clips(body, folder, &TRAINING_CLIPS, progress)?);
     }
     Ok(sequences)
 }
@@ -132,19 +129,6 @@ pub fn training_sequences(
 /// A clip that cannot be read or carried over.
 pub fn held_out_sequences(body: &Body, mocap: &Path, progress: &dyn Progress) -> Result<Vec<Sequence>, TrainingError> {
     clips(body, mocap, &HELD_OUT_CLIPS, progress)
-}
-
-/// The same stretches with left and right exchanged, as further stretches of their clips: what a garment learns of one leg
-/// it then knows of the other.
-fn mirrored(captured: &[Sequence]) -> Vec<Sequence> {
-    let clip_of = |sequence: &Sequence| sequence.name.split('-').next().unwrap_or_default().to_owned();
-    let mut all = captured.to_vec();
-    for sequence in captured {
-        let clip = clip_of(sequence);
-        let earlier = all.iter().filter(|other| clip_of(other) == clip).count();
-        all.push(Sequence { name: stretch_name(&clip, earlier), motion: sequence.motion.mirrored() });
-    }
-    all.split_off(captured.len())
 }
 
 /// What a stretch of a clip is called that has `earlier` others before it.
@@ -177,27 +161,4 @@ fn clips(
         sequences.push(Sequence { name, motion });
     }
     Ok(sequences)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{Sequence, mirrored};
-    use modiste_body::{Motion, Part, Pose};
-    use modiste_core::Vec3;
-
-    #[test]
-    fn mirrored_stretches_are_further_ones_of_their_clips() {
-        let sequence = |name: &str| {
-            let mut pose = Pose::template(Vec3::new(0.3, 1.0, 0.2));
-            pose.rotations[Part::LeftThigh.index()] = Vec3::new(0.5, 0.2, -0.1);
-            Sequence { name: name.to_owned(), motion: Motion { fps: 30.0, frames: vec![pose] } }
-        };
-        let made = mirrored(&[sequence("kick"), sequence("dance"), sequence("dance-2")]);
-        let names: Vec<&str> = made.iter().map(|sequence| sequence.name.as_str()).collect();
-        assert_eq!(names, ["kick-2", "dance-3", "dance-4"]);
-        let pose = &made[0].motion.frames[0];
-        assert_eq!(pose.rotations[Part::RightThigh.index()], Vec3::new(0.5, -0.2, 0.1));
-        assert_eq!(pose.rotations[Part::LeftThigh.index()], Vec3::ZERO);
-        assert_eq!(pose.root_translation, Vec3::new(-0.3, 1.0, 0.2));
-    }
 }

@@ -103,7 +103,8 @@ impl Wardrobe {
         let mean = Mannequin::from(&model.body(&[])?);
         // Dressed again like every other body, so that its drape is one of them.
         let sewn = tailor.dress(&mean)?;
-        let template = tailor.redress(&Carrier::new(&sewn.state.positions, &mean.vertices), &sewn, &mean, &mean)?;
+        let template =
+            tailor.redress(&Carrier::new(&sewn.state.positions, &mean.vertices), &sewn, &mean, (&mean, 0.0))?;
         template.quality.check()?;
         let carrier = Carrier::new(&template.state.positions, &mean.vertices);
         let groups = groups(&tailor, &mean, &template.state.positions);
@@ -140,12 +141,12 @@ impl Wardrobe {
         self.tailor.anchors().iter().map(|&v| [v, nearest(positions[v as usize])]).collect()
     }
 
-    /// The garment on a body of another shape in the template pose.
+    /// The garment on a body of another shape in the template pose, with an ease from -1 (slim) to 1 (loose).
     ///
     /// # Errors
     /// The plain reason why this body must be left out.
-    pub fn dress(&self, body: &Body) -> Result<Dressed, TrainingError> {
-        let dressed = self.tailor.redress(&self.carrier, &self.template, &self.mean, &Mannequin::from(body))?;
+    pub fn dress(&self, body: &Body, ease: f64) -> Result<Dressed, TrainingError> {
+        let dressed = self.tailor.redress(&self.carrier, &self.template, &self.mean, (&Mannequin::from(body), ease))?;
         dressed.quality.check()?;
         Ok(dressed)
     }

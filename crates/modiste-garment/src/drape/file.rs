@@ -5,10 +5,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use modiste_body::{Gender, Part};
-use modiste_core::{Matrix, QuantisedBasis, Step, Topology, Vec3};
+use modiste_core::{Matrix, QuantisedBasis, Topology, Vec3};
 use modiste_io::IoError;
 use modiste_io::model::{Header, ModelFile, Writer};
 
+use super::basis::GradientBasis;
 use super::blend::blend_parts;
 use super::drift::Drift;
 use super::dynamics::Dynamics;
@@ -23,6 +24,13 @@ use crate::GarmentError;
 
 /// Kind of the model file.
 pub const KIND: &str = "garment";
+
+/// Version of what a garment's file holds, in the attribute of this name; files of before have none.
+const VERSION: &str = "garment_version";
+const CURRENT: &str = "2";
+
+/// Name of the attribute with the number of vertices that were asked for.
+const VERTEX_COUNT: &str = "vertex_count";
 
 /// Name of the attribute with the figures of the model.
 const EVALUATION: &str = "evaluation";
@@ -58,14 +66,11 @@ impl DrapeModel {
         writer.add_u32("anchors", &[garment.anchors.len(), 2], garment.anchors.as_flattened().to_vec());
         writer.add_f32("uv", &[faces, 3, 2], uv);
         writer.add_u8("pattern", &[garment.pattern.len()], garment.pattern.clone().into_bytes());
-        add_space(&mut writer, "shape", (&shape.mean, shape.basis.scales()), &shape.std_devs, shape.total_variance);
-        writer.add_i8("shape_basis", &[shape.basis.count(), PER_FACE * faces], shape.basis.values().to_vec());
+        add_space(&mut writer, "shape", (&shape.mean, &shape.basis), &shape.std_devs, shape.total_variance);
         writer.add_f64("W", &[shape.regression.rows, shape.regression.cols], shape.regression.data.clone());
         let offsets = &shape.offset_regression;
         writer.add_f64("anchor_offset", &[offsets.rows, offsets.cols], offsets.data.clone());
-        let scales = wrinkle.basis.scales();
-        add_space(&mut writer, "wrinkle", (&wrinkle.mean, scales), &wrinkle.std_devs, wrinkle.total_variance);
-        writer.add_i8("wrinkle_basis", &[wrinkle.basis.count(), PER_FACE * faces], wrinkle.basis.values().to_vec());
+        add_space(&mut writer, "wrinkle", (&wrinkle.mean, &wrinkle.basis), &wrinkle.std_devs, wrinkle.total_variance);
         let drift = &self.drift.regression;
         writer.add_f64("anchor_drift", &[drift.rows, drift.cols], drift.data.clone());
         writer.add_f64("wrinkle_held_out_loss", &[1], vec![wrinkle.held_out_loss]);
@@ -94,12 +99,15 @@ impl DrapeModel {
             ("anchors", garment.anchors.len()),
             ("pattern", garment.pattern.len()),
             ("body_shape", shape.body_count()),
+            ("ease", usize::from(shape.has_ease())),
             ("garment_shape", shape.count()),
             ("wrinkles", wrinkle.count()),
+            ("patterns", wrinkle.basis.rest().count()),
             ("pose_parts", dynamics.inputs.parts().len()),
             ("pose_centres", dynamics.inputs.kernel().map_or(0, PoseKernel::count)),
         ];
         let attributes = [
+            (VERSION, CURRENT.to_owned()),
             ("garment", garment.name.clone()),
             ("gender", garment.gender.name().to_owned()),
             ("fps", self.fps.to_string()),
@@ -110,6 +118,9 @@ impl DrapeModel {
             ("input_memory", options.memory.to_string()),
         ];
         let mut attributes: BTreeMap<String, String> = attributes.map(|(name, value)| (name.to_owned(), value)).into();
+        if let Some(count) = provenance.vertex_count {
+            attributes.insert(VERTEX_COUNT.to_owned(), count.to_string());
+        }
         if let Some(evaluation) = &self.evaluation {
             // Plain numbers and names always serialise.
             let text = serde_json::to_string(evaluation).unwrap_or_default();
@@ -146,21 +157,32 @@ impl DrapeModel {
     }
 
     fn from_file(file: &ModelFile, name: &str) -> Result<Self, GarmentError> {
+        let version = file.header().attributes.get(VERSION).map_or("1", String::as_str);
+        if version != CURRENT {
+            let found = format!("version {version}; the garment has to be learned again");
+            return Err(IoError::field(name, "garment model", format!("version {CURRENT}"), found).into());
+        }
         let garment = read_garment(file, name)?;
-        let faces = garment.topology.face_count();
         let (body_shape, garment_shape) = (file.dimension("body_shape")?, file.dimension("garment_shape")?);
-        let values = file.i8("shape_basis", &[garment_shape, PER_FACE * faces])?;
-        let (mean, basis, std_devs, total_variance) =
-            read_space(file, name, "shape", values, [garment_shape, PER_FACE * faces])?;
-        let regression = matrix(file, "W", body_shape + 1, garment_shape)?;
-        let offset_regression = matrix(file, "anchor_offset", body_shape + 1, 3)?;
+        let (mean, basis, std_devs, total_variance) = read_space(file, name, "shape", &garment, [garment_shape, 0])?;
+        let predictors = body_shape + file.dimension("ease")?.min(1) + 1;
+        let regression = matrix(file, "W", predictors, garment_shape)?;
+        let offset_regression = matrix(file, "anchor_offset", predictors, 3)?;
         let frames = TangentFrames::new(&garment.topology, &garment.template);
-        let shape =
-            ShapeModel { frames: frames.clone(), mean, basis, std_devs, regression, offset_regression, total_variance };
+        let shape = ShapeModel {
+            frames: frames.clone(),
+            mean,
+            basis,
+            std_devs,
+            body_count: body_shape,
+            regression,
+            offset_regression,
+            total_variance,
+        };
         let wrinkles = file.dimension("wrinkles")?;
-        let values = file.i8("wrinkle_basis", &[wrinkles, PER_FACE * faces])?;
+        let patterns = file.dimension("patterns")?;
         let (mean, basis, std_devs, total_variance) =
-            read_space(file, name, "wrinkle", values, [wrinkles, PER_FACE * faces])?;
+            read_space(file, name, "wrinkle", &garment, [wrinkles, patterns])?;
         let is_width = |&width: &f64| width.is_finite() && width >= 0.0;
         let blend_width = parsed(file, name, "blend_width", "a width in metres", is_width)?;
         let blend = blend_parts(&garment, blend_width)?;
@@ -178,7 +200,11 @@ impl DrapeModel {
         let dynamics = read_dynamics(file, name, wrinkles)?;
         let fps = parsed(file, name, "fps", "a positive number", |&fps: &f64| fps.is_finite() && fps > 0.0)?;
         let header = file.header();
+        let vertex_count = header.attributes.contains_key(VERTEX_COUNT).then(|| {
+            parsed(file, name, VERTEX_COUNT, "a number of vertices", |&count: &usize| (100..1_000_000).contains(&count))
+        });
         let provenance = Provenance {
+            vertex_count: vertex_count.transpose()?,
             seed: header.seed,
             sources: header.sources.clone().into_iter().collect(),
             licence: header.licence.clone(),
@@ -199,35 +225,50 @@ fn part_bytes(parts: &[Part]) -> Vec<u8> {
     parts.iter().map(|part| part.index() as u8).collect()
 }
 
-/// Everything of a space but the integers of its basis.
+/// Mean, basis and spread of a space.
 fn add_space(
     writer: &mut Writer<'_>,
     name: &str,
-    (mean, scales): (&[f32], &[f32]),
+    (mean, basis): (&[f32], &GradientBasis),
     std_devs: &[f64],
     total_variance: f64,
 ) {
+    let (moves, mixing, rest) = (basis.moves(), basis.mixing(), basis.rest());
     writer.add_f32(&format!("{name}_mean"), &[mean.len()], mean.to_vec());
-    writer.add_f32(&format!("{name}_scales"), &[scales.len()], scales.to_vec());
+    writer.add_f32(&format!("{name}_move_scales"), &[moves.count()], moves.scales().to_vec());
+    writer.add_i8(&format!("{name}_moves"), &[moves.count(), moves.dimensions()], moves.values().to_vec());
+    writer.add_f64(&format!("{name}_mixing"), &[mixing.rows, mixing.cols], mixing.data.clone());
+    writer.add_f32(&format!("{name}_rest_scales"), &[rest.count()], rest.scales().to_vec());
+    writer.add_i8(&format!("{name}_rest"), &[rest.count(), mean.len()], rest.values().to_vec());
     writer.add_f64(&format!("{name}_std_devs"), &[std_devs.len()], std_devs.to_vec());
     writer.add_f64(&format!("{name}_total_variance"), &[1], vec![total_variance]);
 }
 
-type Space<T> = (Vec<f32>, QuantisedBasis<T>, Vec<f64>, f64);
+type Space = (Vec<f32>, GradientBasis, Vec<f64>, f64);
 
-fn read_space<T: Step>(
+/// A space of `count` components, and `patterns` that no move has.
+fn read_space(
     file: &ModelFile,
     name: &str,
     space: &str,
-    values: Vec<T>,
-    [count, dimensions]: [usize; 2],
-) -> Result<Space<T>, GarmentError> {
-    let mean = file.f32(&format!("{space}_mean"), &[dimensions])?;
-    let scales = file.f32(&format!("{space}_scales"), &[count])?;
+    garment: &Garment,
+    [count, patterns]: [usize; 2],
+) -> Result<Space, GarmentError> {
+    let (vertices, faces) = (garment.topology.vertex_count(), garment.topology.face_count());
+    let mean = file.f32(&format!("{space}_mean"), &[PER_FACE * faces])?;
     let std_devs = file.f64(&format!("{space}_std_devs"), &[count])?;
     let total_variance = file.f64(&format!("{space}_total_variance"), &[1])?[0];
-    let basis = QuantisedBasis::from_parts(scales, values, dimensions)
-        .map_err(|error| IoError::field(name, format!("tensor \"{space}_basis\""), "a basis", error))?;
+    let quantised = |tensor: &str, scales: &str, [count, width]: [usize; 2]| {
+        let tensor = format!("{space}_{tensor}");
+        let values = file.i8(&tensor, &[count, width])?;
+        let scales = file.f32(&format!("{space}_{scales}"), &[count])?;
+        let basis = QuantisedBasis::from_parts(scales, values, width);
+        basis.map_err(|error| IoError::field(name, format!("tensor \"{tensor}\""), "a basis", error))
+    };
+    let moves = quantised("moves", "move_scales", [count, 3 * vertices])?;
+    let rest = quantised("rest", "rest_scales", [patterns, PER_FACE * faces])?;
+    let mixing = matrix(file, &format!("{space}_mixing"), count, patterns)?;
+    let basis = GradientBasis::from_parts((&garment.topology, &garment.template), moves, mixing, rest);
     Ok((mean, basis, std_devs, total_variance))
 }
 

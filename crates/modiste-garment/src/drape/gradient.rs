@@ -40,6 +40,17 @@ impl TangentFrames {
         faces.map(|(numbers, frame)| gradient_of_tangents(numbers) * frame.transpose()).collect()
     }
 
+    /// Matrices that do to vectors in the plane of each face what a flat row says, and take its normal to nothing.
+    pub(crate) fn in_plane(&self, row: &[f32]) -> Vec<Mat3> {
+        let faces = row.as_chunks::<PER_FACE>().0.iter().zip(&self.template_from_tangent);
+        faces
+            .map(|(numbers, frame)| {
+                let [a, b, c, d, e, f] = numbers.map(f64::from);
+                Mat3::from_cols(Vec3::new(a, b, c), Vec3::new(d, e, f), Vec3::ZERO) * frame.transpose()
+            })
+            .collect()
+    }
+
     /// Gradients that are to be applied before those of [`gradient_of_tangents`], so that the product needs no further
     /// change of coordinates.
     pub(crate) fn into_tangents(self, gradients: &mut [Mat3]) {

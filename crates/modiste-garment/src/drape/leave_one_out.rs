@@ -5,8 +5,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::gradient::{TangentFrames, area_weights};
-use super::shape::{ShapeOptions, anchor_offsets, apply_regression, regress, shape_gradients};
-use super::training_set::TrainingSet;
+use super::shape::{ShapeOptions, Wearers, anchor_offsets, apply_regression, shape_gradients};
+use super::training_set::{ShapeSample, TrainingSet};
 use crate::GarmentError;
 use crate::refine::anchors;
 
@@ -36,7 +36,8 @@ pub struct LeaveOneOut {
     pub mean_garment_error: f64,
 }
 
-/// For each body and each number of β: trains on the others, predicts the garment, measures its distance.
+/// For each body and each number of β: trains on the others, predicts the garment, measures its distance. The ease of a garment
+/// that has one is known beside them.
 ///
 /// No mesh is reconstructed. The principal components are combinations of the training gradients, and eq. 3 is linear,
 /// with each training mesh for the solution at its own gradients; so the predicted mesh is the same combination of the
@@ -115,12 +116,15 @@ fn fold(
     let (values, vectors) = symmetric_eigen(&centred).map_err(GarmentError::solve("PCA of shapes"))?;
     let count = values.iter().take(options.count).take_while(|&&value| value > 1e-10 * values[0]).count();
     let coefficients = Matrix::from_fn(n, count, |i, k| vectors[(i, k)] * values[k].sqrt());
-    let bodies: Vec<&[f64]> = kept.iter().map(|&sample| set.shapes[sample].shape.as_slice()).collect();
-    let all_offsets = anchor_offsets(&set.garment, &set.shapes);
-    let offsets = Matrix::from_fn(n, 3, |i, axis| all_offsets[(kept[i], axis)]);
+    let bodies: Vec<&ShapeSample> = kept.iter().map(|&sample| &set.shapes[sample]).collect();
+    let offsets = anchor_offsets(&set.garment, &bodies);
+    let predict = |targets: &Matrix, body_count: usize| -> Result<Vec<f64>, GarmentError> {
+        let wearers = Wearers::new(&bodies, body_count);
+        let regression = wearers.regress(targets, options.ridge)?;
+        Ok(apply_regression(&regression, &wearers.of(&set.shapes[left_out], body_count)))
+    };
     let offset = |body_count: usize| -> Result<Vec3, GarmentError> {
-        let regression = regress(&bodies, body_count, &offsets, options.ridge)?;
-        let offset = apply_regression(&regression, &set.shapes[left_out].shape);
+        let offset = predict(&offsets, body_count)?;
         Ok(Vec3::new(offset[0], offset[1], offset[2]))
     };
     let error = |garment_shape: &[f64], offset: Vec3| {
@@ -144,10 +148,7 @@ fn fold(
         .collect();
     let predicted = body_counts
         .iter()
-        .map(|&body_count| {
-            let regression = regress(&bodies, body_count, &coefficients, options.ridge)?;
-            Ok(error(&apply_regression(&regression, &set.shapes[left_out].shape), offset(body_count)?))
-        })
+        .map(|&body_count| Ok(error(&predict(&coefficients, body_count)?, offset(body_count)?)))
         .collect::<Result<_, GarmentError>>()?;
     let best = offset(options.body_count)?;
     Ok(Fold { predicted, projected: error(&projected, best), mean_garment: error(&[], offset(0)?) })

@@ -21,6 +21,8 @@ struct Manifest {
     #[serde(default)]
     seed: u64,
     #[serde(default)]
+    vertex_count: Option<usize>,
+    #[serde(default)]
     hashes: BTreeMap<String, String>,
     #[serde(default)]
     sequences: Vec<Entry>,
@@ -68,7 +70,8 @@ impl TrainingSet {
             })
             .collect::<Result<_, _>>()?;
         let sources = manifest.hashes.into_iter().collect();
-        let set = Self { garment, shapes, sequences, seed: manifest.seed, sources };
+        let (seed, vertex_count) = (manifest.seed, manifest.vertex_count);
+        let set = Self { garment, shapes, sequences, seed, sources, vertex_count };
         set.check()?;
         Ok(set)
     }
@@ -140,8 +143,21 @@ fn read_shapes(path: &Path, vertices: usize, anchors: usize) -> Result<Vec<Shape
     let shapes = beta.data.chunks(dimensions).map(|row| row.iter().map(|&value| f64::from(value)).collect());
     let places = arrays.point_lists("body_anchors", anchors)?;
     arrays.reader.check_shape("body_anchors", &[places.len()], &[Some(meshes.len())])?;
-    let samples = shapes.zip(meshes).zip(places);
-    Ok(samples.map(|((shape, vertices), body_anchors)| ShapeSample { shape, vertices, body_anchors }).collect())
+    let eases = eases(&arrays, meshes.len())?;
+    let samples = shapes.zip(eases).zip(meshes.into_iter().zip(places));
+    Ok(samples
+        .map(|((shape, ease), (vertices, body_anchors))| ShapeSample { shape, ease, vertices, body_anchors })
+        .collect())
+}
+
+/// The ease of every body; 0 where the garment has one cut.
+fn eases(arrays: &Arrays, bodies: usize) -> Result<Vec<f64>, GarmentError> {
+    if !arrays.reader.contains("ease") {
+        return Ok(vec![0.0; bodies]);
+    }
+    let ease = arrays.reader.f32("ease")?;
+    arrays.reader.check_shape("ease", &ease.shape, &[Some(bodies)])?;
+    Ok(ease.data.into_iter().map(f64::from).collect())
 }
 
 fn read_sequence(path: &Path, name: &str, vertices: usize, anchors: usize) -> Result<PoseSequence, GarmentError> {

@@ -1,5 +1,6 @@
 //! The factored clothing model of DRAPE (Guan et al. 2012, §4; Guan 2013, ch. 5 §3).
 
+mod basis;
 mod blend;
 mod drift;
 mod dynamics;
@@ -9,6 +10,7 @@ mod file;
 mod gradient;
 mod leave_one_out;
 mod load;
+mod mirror;
 mod model;
 mod pose_kernel;
 mod shape;

@@ -1,12 +1,15 @@
 //! The learned garment: everything that dresses any body in any pose.
 
+use std::borrow::Cow;
+
 use modiste_core::{GradientReconstruction, Progress};
 
 use super::drift::Drift;
 use super::dynamics::Dynamics;
 use super::dynamics_training::{DynamicsOptions, DynamicsTraining, learn};
+use super::mirror::Mirror;
 use super::shape::{ShapeModel, ShapeOptions};
-use super::training_set::{Garment, TrainingSet, clips};
+use super::training_set::{Garment, PoseSequence, TrainingSet, clips};
 use super::wrinkle::{WrinkleModel, WrinkleOptions};
 use crate::{Evaluation, GarmentError};
 
@@ -19,6 +22,8 @@ pub struct TrainOptions {
     pub wrinkle: WrinkleOptions,
     /// The dynamics of the wrinkles.
     pub dynamics: DynamicsOptions,
+    /// Does not learn from the mirror images of the motions too.
+    pub one_sided: bool,
 }
 
 /// Where a model comes from.
@@ -28,6 +33,8 @@ pub struct Provenance {
     pub seed: u64,
     /// Content hashes of what it was made from, by name.
     pub sources: Vec<(String, String)>,
+    /// About how many vertices the garment was to have when it was cut, where that is known.
+    pub vertex_count: Option<usize>,
     /// Licence of the model file.
     pub licence: String,
     /// Command that makes it again.
@@ -43,11 +50,19 @@ pub struct DrapeModel {
     pub(crate) drift: Drift,
     pub(crate) dynamics: Dynamics,
     pub(crate) fps: f64,
+    pub(crate) ease: f64,
     /// Where the model comes from.
     pub provenance: Provenance,
     /// What it was measured to be worth, if it was.
     pub evaluation: Option<Evaluation>,
     pub(crate) reconstruction: GradientReconstruction,
+}
+
+/// The motions of a set, and after them their mirror images if the garment has two like sides.
+fn with_mirror_images(set: &TrainingSet) -> Cow<'_, [PoseSequence]> {
+    let Some(mirror) = Mirror::new(&set.garment) else { return Cow::Borrowed(&set.sequences) };
+    let images = set.sequences.iter().map(|sequence| mirror.sequence(&set.garment, sequence));
+    Cow::Owned(set.sequences.iter().cloned().chain(images).collect())
 }
 
 impl DrapeModel {
@@ -65,13 +80,13 @@ impl DrapeModel {
         progress.start(&stage, 3);
         let shape = ShapeModel::train(&set.garment, &set.shapes, &options.shape)?;
         progress.advance(&stage, 1);
-        let (wrinkle, coefficients) = WrinkleModel::train(&set.garment, &set.sequences, &options.wrinkle)?;
+        let sequences = if options.one_sided { Cow::Borrowed(&set.sequences[..]) } else { with_mirror_images(set) };
+        let (wrinkle, coefficients) = WrinkleModel::train(&set.garment, &sequences, &options.wrinkle)?;
         progress.advance(&stage, 2);
-        let motions: Vec<_> =
-            clips(&set.sequences).zip(set.sequences.iter().map(|sequence| &sequence.motion)).collect();
+        let motions: Vec<_> = clips(&sequences).zip(sequences.iter().map(|sequence| &sequence.motion)).collect();
         let (mut dynamics, training) = learn(&set.garment.face_parts, &motions, &coefficients, &options.dynamics)?;
-        let rest = shape.predict_offset(&[]);
-        let drift = Drift::train(&set.garment, &set.sequences, &coefficients, wrinkle.std_devs(), rest)?;
+        let rest = shape.predict_offset(&[], 0.0);
+        let drift = Drift::train(&set.garment, &sequences, &coefficients, wrinkle.std_devs(), rest)?;
         if options.dynamics.max_amplitude > 1.0 {
             dynamics.amplify(&wrinkle.fine_gains());
         }
@@ -81,7 +96,12 @@ impl DrapeModel {
                 training.learned_spectral_radius, training.spectral_radius
             ));
         }
-        let provenance = Provenance { seed: set.seed, sources: set.sources.clone(), ..Provenance::default() };
+        let provenance = Provenance {
+            seed: set.seed,
+            sources: set.sources.clone(),
+            vertex_count: set.vertex_count,
+            ..Provenance::default()
+        };
         let model = Self::assemble(set.garment.clone(), shape, (wrinkle, drift), dynamics, set.fps(), provenance)?;
         progress.finish(&stage);
         Ok((model, training))
@@ -100,7 +120,41 @@ impl DrapeModel {
         dynamics.limit_to(wrinkle.std_devs());
         let reconstruction = GradientReconstruction::new(&garment.topology, &garment.template)
             .map_err(GarmentError::solve("reconstruction matrix"))?;
-        Ok(Self { garment, shape, wrinkle, drift, dynamics, fps, provenance, evaluation: None, reconstruction })
+        Ok(Self {
+            garment,
+            shape,
+            wrinkle,
+            drift,
+            dynamics,
+            fps,
+            ease: 0.0,
+            provenance,
+            evaluation: None,
+            reconstruction,
+        })
+    }
+
+    /// The garment cut slimmer, down to -1, or looser, up to 1: how [`crate::Synthesis`] makes it. It is not stored.
+    ///
+    /// # Errors
+    /// An ease out of this range, or a garment that was learned in one cut alone.
+    pub fn with_ease(mut self, ease: f64) -> Result<Self, GarmentError> {
+        let what = || format!("ease of {}", self.garment.name);
+        if !(-1.0..=1.0).contains(&ease) {
+            return Err(GarmentError::data(what(), "a number from -1 (slim) over 0 (regular) to 1 (loose)", ease));
+        }
+        if ease.abs() > 0.0 && !self.shape.has_ease() {
+            let wanted =
+                "0, as the garment was learned in one cut alone (a mesh, or a pattern without slim and loose cuts)";
+            return Err(GarmentError::data(what(), wanted, ease));
+        }
+        self.ease = ease;
+        Ok(self)
+    }
+
+    /// How the garment is cut, from slim, -1, to loose, 1.
+    pub fn ease(&self) -> f64 {
+        self.ease
     }
 
     /// The mesh and how it is tied to the body.

@@ -1,7 +1,8 @@
 //! How the garment changes with the shape of the body (DRAPE §4.1).
 
-use modiste_core::{Mat3, Matrix, Pca, QuantisedBasis, Vec3, deformation_gradients, ridge};
+use modiste_core::{Mat3, Matrix, Pca, Vec3, deformation_gradients, ridge};
 
+use super::basis::{BasisScratch, GradientBasis};
 use super::gradient::{TangentFrames, area_weights};
 use super::training_set::{Garment, ShapeSample};
 use crate::GarmentError;
@@ -27,14 +28,18 @@ impl Default for ShapeOptions {
     }
 }
 
-/// Garment shape from body shape: `D = U_d φ + μ_d`, `φ = W [β; 1]` (DRAPE eq. 4).
+/// Garment shape from body shape and ease: `D = U_d φ + μ_d`, `φ = W [β; ease; 1]`, DRAPE eq. 4 with the comfort axis that the
+/// paper leaves to future work. Without an ease it is the paper's `φ = W [β; 1]`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ShapeModel {
     pub(crate) frames: TangentFrames,
     pub(crate) mean: Vec<f32>,
-    pub(crate) basis: QuantisedBasis<i8>,
+    pub(crate) basis: GradientBasis,
     pub(crate) std_devs: Vec<f64>,
-    /// Wᵀ: one row per body shape coefficient and a last one for the constant, one column per φ.
+    /// How many of the body shape coefficients are used.
+    pub(crate) body_count: usize,
+    /// Wᵀ: one row per body shape coefficient, one for the ease where there is one, and a last one for the constant; one
+    /// column per φ.
     pub(crate) regression: Matrix,
     /// Like `regression`, for how far the garment's anchors lie from those of the body (m); not in the paper.
     pub(crate) offset_regression: Matrix,
@@ -56,16 +61,20 @@ impl ShapeModel {
             if options.area_weighted { area_weights(&garment.topology, &garment.template) } else { Vec::new() };
         let pca = Pca::fit_weighted(&rows, &weights, options.count).map_err(GarmentError::solve("PCA of shapes"))?;
         let coefficients: Vec<Vec<f64>> = rows.iter().map(|row| pca.project(row)).collect();
-        let bodies: Vec<&[f64]> = samples.iter().map(|sample| sample.shape.as_slice()).collect();
-        let regression = regress(&bodies, options.body_count, &Matrix::from_rows(&coefficients), options.ridge)?;
-        let offset_regression = regress(&bodies, options.body_count, &anchor_offsets(garment, samples), options.ridge)?;
-        let basis = QuantisedBasis::from_f32(&pca.basis, pca.count(), pca.dimensions())
-            .map_err(GarmentError::solve("basis of shapes"))?;
+        let samples: Vec<&ShapeSample> = samples.iter().collect();
+        let wearers = Wearers::new(&samples, options.body_count);
+        let regression = wearers.regress(&Matrix::from_rows(&coefficients), options.ridge)?;
+        let offset_regression = wearers.regress(&anchor_offsets(garment, &samples), options.ridge)?;
+        // Gradients of meshes: no pattern is left.
+        let mesh = (garment.topology.as_ref(), garment.template.as_slice());
+        let basis =
+            GradientBasis::new(mesh, &pca.basis, &pca.std_devs, 0).map_err(GarmentError::solve("basis of shapes"))?;
         Ok(Self {
             frames: TangentFrames::new(&garment.topology, &garment.template),
             mean: pca.mean,
             basis,
             std_devs: pca.std_devs,
+            body_count: options.body_count,
             regression,
             offset_regression,
             total_variance: pca.total_variance,
@@ -79,7 +88,12 @@ impl ShapeModel {
 
     /// Number of body shape coefficients β that are used.
     pub fn body_count(&self) -> usize {
-        self.regression.rows - 1
+        self.body_count
+    }
+
+    /// Whether it was learned from slim and loose cuts too, so that the ease changes the garment.
+    pub fn has_ease(&self) -> bool {
+        self.regression.rows > self.body_count + 1
     }
 
     /// Standard deviation of each φ over the training bodies.
@@ -92,21 +106,26 @@ impl ShapeModel {
         self.std_devs.iter().map(|sd| sd * sd).sum::<f64>() / self.total_variance
     }
 
-    /// φ from β in standard deviations (DRAPE eq. 4); missing β are 0, further ones are ignored.
-    pub fn predict(&self, shape: &[f64]) -> Vec<f64> {
-        apply_regression(&self.regression, shape)
+    /// φ from β in standard deviations and the ease (DRAPE eq. 4); missing β are 0, further ones are ignored, and so is the
+    /// ease of a garment without one.
+    pub fn predict(&self, shape: &[f64], ease: f64) -> Vec<f64> {
+        apply_regression(&self.regression, &self.wearer(shape, ease))
     }
 
     /// How far (m) the garment's anchors lie from those of the body, in the template pose.
-    pub fn predict_offset(&self, shape: &[f64]) -> Vec3 {
-        let offset = apply_regression(&self.offset_regression, shape);
+    pub fn predict_offset(&self, shape: &[f64], ease: f64) -> Vec3 {
+        let offset = apply_regression(&self.offset_regression, &self.wearer(shape, ease));
         Vec3::new(offset[0], offset[1], offset[2])
+    }
+
+    fn wearer(&self, shape: &[f64], ease: f64) -> Vec<f64> {
+        wearer(shape, self.body_count, self.has_ease().then_some(ease))
     }
 
     /// D of each face for given φ.
     pub fn gradients(&self, garment_shape: &[f64]) -> Vec<Mat3> {
         let mut row = vec![0.0; self.mean.len()];
-        self.basis.expand(&self.mean, garment_shape, &mut row);
+        self.basis.expand(&self.mean, garment_shape, &mut BasisScratch::default(), &mut row);
         self.frames.gradients(&row)
     }
 }
@@ -119,9 +138,49 @@ pub(crate) fn shape_gradients(garment: &Garment, samples: &[ShapeSample]) -> Vec
     samples.iter().map(|sample| frames.flatten(&gradients(sample))).collect()
 }
 
+/// What garment shape is regressed on, one row per sample.
+pub(crate) struct Wearers {
+    rows: Vec<Vec<f64>>,
+    has_ease: bool,
+}
+
+/// The ease is uniform in [-1, 1]; so scaled it varies as much as a β, and the ridge weighs it alike.
+const EASE_SCALE: f64 = 1.732_050_807_568_877_2;
+
+impl Wearers {
+    /// Of these samples, with this number of body shape coefficients.
+    pub(crate) fn new(samples: &[&ShapeSample], body_count: usize) -> Self {
+        let has_ease = samples.iter().any(|sample| sample.ease.abs() > 0.0);
+        let row =
+            |sample: &&ShapeSample| wearer(&sample.shape, body_count, has_ease.then_some(EASE_SCALE * sample.ease));
+        Self { rows: samples.iter().map(row).collect(), has_ease }
+    }
+
+    /// Ridge regression of one row of `targets` per sample; the last row of the result is the constant.
+    pub(crate) fn regress(&self, targets: &Matrix, lambda: f64) -> Result<Matrix, GarmentError> {
+        let rows: Vec<&[f64]> = self.rows.iter().map(Vec::as_slice).collect();
+        let width = rows.first().map_or(0, |row| row.len());
+        let mut regression = regress(&rows, width, targets, lambda)?;
+        if self.has_ease {
+            regression.row_mut(width - 1).iter_mut().for_each(|slope| *slope *= EASE_SCALE);
+        }
+        Ok(regression)
+    }
+
+    /// What a sample is applied to the regression as.
+    pub(crate) fn of(&self, sample: &ShapeSample, body_count: usize) -> Vec<f64> {
+        wearer(&sample.shape, body_count, self.has_ease.then_some(sample.ease))
+    }
+}
+
+/// The first `body_count` β, zeros where there are fewer, and the ease if the garment has one.
+fn wearer(shape: &[f64], body_count: usize, ease: Option<f64>) -> Vec<f64> {
+    (0..body_count).map(|at| shape.get(at).copied().unwrap_or(0.0)).chain(ease).collect()
+}
+
 /// How far the anchors of every sample lie from those of its body (m), one row each.
-pub(crate) fn anchor_offsets(garment: &Garment, samples: &[ShapeSample]) -> Matrix {
-    let offset = |sample: &ShapeSample| offset(&garment.anchors, &sample.vertices, &sample.body_anchors);
+pub(crate) fn anchor_offsets(garment: &Garment, samples: &[&ShapeSample]) -> Matrix {
+    let offset = |sample: &&ShapeSample| offset(&garment.anchors, &sample.vertices, &sample.body_anchors);
     Matrix::from_rows(&samples.iter().map(|sample| offset(sample).to_array().to_vec()).collect::<Vec<_>>())
 }
 

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use modiste_body::{Part, Pose};
 use modiste_core::{Mat3, Vec3};
 
+use super::basis::BasisScratch;
 use super::dynamics::DynamicsState;
 use super::model::DrapeModel;
 use crate::GarmentError;
@@ -33,6 +34,7 @@ pub struct Synthesis {
     anchor_part: Part,
     state: DynamicsState,
     wrinkles: Vec<f32>,
+    scratch: BasisScratch,
     gradients: Vec<Mat3>,
     vertices: Vec<Vec3>,
 }
@@ -51,14 +53,15 @@ impl Synthesis {
             let wanted = format!("more than {largest} vertices, for the anchors of {}", model.garment.name);
             return Err(GarmentError::data("body", wanted, body_vertex_count));
         }
-        let mut shape_deformations = model.shape.gradients(&model.shape.predict(shape));
+        let mut shape_deformations = model.shape.gradients(&model.shape.predict(shape, model.ease));
         model.wrinkle.frames.clone().into_tangents(&mut shape_deformations);
         Ok(Self {
             kind: Wrinkles::default(),
-            offset: model.shape.predict_offset(shape),
+            offset: model.shape.predict_offset(shape, model.ease),
             anchor_part: model.garment.anchor_part(),
             state: model.dynamics.start(),
             wrinkles: vec![0.0; model.wrinkle.mean.len()],
+            scratch: BasisScratch::default(),
             gradients: vec![Mat3::IDENTITY; shape_deformations.len()],
             vertices: vec![Vec3::ZERO; model.garment.template.len()],
             shape_deformations,
@@ -91,14 +94,14 @@ impl Synthesis {
             Wrinkles::Dynamic => model.dynamics.step(&mut self.state, pose),
             Wrinkles::Static => model.dynamics.step_static(&mut self.state, pose),
         };
-        model.wrinkle.expand(coefficients, &mut self.wrinkles);
+        model.wrinkle.expand(coefficients, &mut self.scratch, &mut self.wrinkles);
         let drift = model.drift.of(coefficients);
         self.finish(pose, body, drift)
     }
 
     /// The garment with given wrinkles.
     fn build(&mut self, pose: &Pose, body: &[Vec3], coefficients: &[f64]) -> &[Vec3] {
-        self.model.wrinkle.expand(coefficients, &mut self.wrinkles);
+        self.model.wrinkle.expand(coefficients, &mut self.scratch, &mut self.wrinkles);
         let drift = self.model.drift.of(coefficients);
         self.finish(pose, body, drift)
     }
@@ -137,10 +140,11 @@ impl Projection {
         let basis = model.wrinkle.basis.to_f32();
         let synthesis = Synthesis {
             kind: Wrinkles::default(),
-            offset: model.shape.predict_offset(&[]),
+            offset: model.shape.predict_offset(&[], 0.0),
             anchor_part: model.garment.anchor_part(),
             state: model.dynamics.start(),
             wrinkles: vec![0.0; model.wrinkle.mean.len()],
+            scratch: BasisScratch::default(),
             gradients: shape_deformations.clone(),
             vertices: vec![Vec3::ZERO; model.garment.template.len()],
             shape_deformations,

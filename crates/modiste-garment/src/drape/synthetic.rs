@@ -129,8 +129,16 @@ pub(crate) fn training_set_of(garment: Garment) -> TrainingSet {
         vertices: shaped(&garment, &shape),
         body_anchors: anchor_body(&Pose::template(PELVIS * Vec3::Y)),
         shape,
+        ease: 0.0,
     };
     let shapes = (0..12).map(|_| sample(draw())).collect();
     let sequences = (0..5).map(|seed| sequence(&garment, &format!("motion_{seed}"), motion(seed, 80))).collect();
-    TrainingSet { garment, shapes, sequences, seed: 7, sources: vec![("pattern.json".into(), "abc".into())] }
+    TrainingSet {
+        garment,
+        shapes,
+        sequences,
+        seed: 7,
+        sources: vec![("pattern.json".into(), "abc".into())],
+        vertex_count: None,
+    }
 }

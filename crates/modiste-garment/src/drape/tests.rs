@@ -5,7 +5,7 @@ use std::sync::Arc;
 use modiste_body::{Motion, Part, Pose};
 use modiste_core::{Mat3, Quat, Silent, Vec3, centroid, deformation_gradients};
 
-use super::synthetic::{anchor_body, motion, sequence, shaped, training_set};
+use super::synthetic::{PELVIS, anchor_body, motion, sequence, shaped, training_set};
 use super::{
     DrapeModel, DynamicsOptions, InputOptions, Placement, PoseSequence, ShapeOptions, Synthesis, TrainOptions,
     TrainingSet, WrinkleOptions, Wrinkles, leave_one_out,
@@ -28,6 +28,7 @@ fn options() -> TrainOptions {
             max_amplitude: 1.0,
             ..DynamicsOptions::default()
         },
+        one_sided: true,
     }
 }
 
@@ -156,11 +157,11 @@ fn leaving_one_out_agrees_with_training_again_on_the_others() {
         let mut rest = set.shapes.clone();
         let sample = rest.remove(left_out);
         let model = super::ShapeModel::train(&set.garment, &rest, &shape).unwrap();
-        let gradients = model.gradients(&model.predict(&sample.shape));
+        let gradients = model.gradients(&model.predict(&sample.shape, sample.ease));
         let solver = modiste_core::GradientReconstruction::new(&set.garment.topology, &set.garment.template).unwrap();
         let mut made = vec![Vec3::ZERO; sample.vertices.len()];
         solver.reconstruct(&gradients, &mut made);
-        let shift = model.predict_offset(&sample.shape)
+        let shift = model.predict_offset(&sample.shape, sample.ease)
             - crate::refine::anchors::offset(&set.garment.anchors, &made, &sample.body_anchors);
         made.iter_mut().for_each(|vertex| *vertex += shift);
         error += mean_distance(&made, &sample.vertices) / set.shapes.len() as f64;
@@ -202,6 +203,10 @@ fn damaged_model_files_are_refused_with_the_reason() {
         refusal(damaged)
     };
     assert!(replaced(r#"schema\":1"#, r#"schema\":9"#).contains("version 9"));
+    let older = replaced(r#"garment_version\":\"2"#, r#"garment_version\":\"1"#);
+    assert!(
+        older.contains("wanted version 2") && older.contains("found version 1; the garment has to be learned again")
+    );
     assert!(replaced(r#"kind\":\"garment"#, r#"kind\":\"gaiters"#).contains("gaiters"));
     assert!(replaced(r#"gender\":\"female"#, r#"gender\":\"femail"#).contains("femail"));
     assert!(replaced(r#"input_gravity\":\"false"#, r#"input_gravity\":\"falsy"#).contains("falsy"));
@@ -311,4 +316,39 @@ fn a_training_set_is_read_back_from_its_folder() {
     short.save(path("garment.npz")).unwrap();
     let refusal = TrainingSet::load(folder.path()).unwrap_err().to_string();
     assert!(refusal.contains("garment.npz") && refusal.contains("faces"), "{refusal}");
+}
+
+#[test]
+fn the_ease_is_learned_beside_the_shape_of_the_body() {
+    let mut set = training_set();
+    let widened = |x: &[Vec3], ease: f64| -> Vec<Vec3> {
+        x.iter().map(|x| Vec3::new(x.x * (1.0 + 0.1 * ease), x.y, x.z * (1.0 + 0.1 * ease))).collect()
+    };
+    for (index, sample) in set.shapes.iter_mut().enumerate() {
+        sample.ease = [-0.9, 0.3, 0.8, -0.4][index % 4];
+        sample.vertices = widened(&sample.vertices, sample.ease);
+    }
+    let model = DrapeModel::train(&set, &options(), &Silent).unwrap().0;
+    assert!(model.shape.has_ease());
+    let bytes = model.to_bytes("tube").unwrap();
+    let width = |ease: f64| {
+        let model = Arc::new(DrapeModel::parse(bytes.clone(), "tube").unwrap().with_ease(ease).unwrap());
+        assert!((model.ease() - ease).abs() < 1e-12);
+        let still = Motion { fps: 30.0, frames: vec![Pose::template(PELVIS * Vec3::Y)] };
+        let made = &run(&model, &[], &still, Wrinkles::Static)[0];
+        made.iter().map(|x| x.x).fold(f64::NEG_INFINITY, f64::max)
+            - made.iter().map(|x| x.x).fold(f64::INFINITY, f64::min)
+    };
+    let [slim, regular, loose] = [-1.0, 0.0, 1.0].map(width);
+    assert!(
+        (regular / slim - 1.0 / 0.9).abs() < 0.02 && (loose / regular - 1.1).abs() < 0.02,
+        "{slim} {regular} {loose}"
+    );
+    for ease in [1.5, f64::NAN] {
+        let refusal = model.clone().with_ease(ease).unwrap_err().to_string();
+        assert!(refusal.starts_with("ease of tube: wanted a number from -1"), "{refusal}");
+    }
+    let plain = DrapeModel::train(&training_set(), &options(), &Silent).unwrap().0;
+    let refusal = plain.clone().with_ease(0.5).unwrap_err().to_string();
+    assert!(refusal.contains("learned in one cut alone") && plain.with_ease(0.0).is_ok(), "{refusal}");
 }

@@ -35,6 +35,8 @@ pub struct Garment {
 pub struct ShapeSample {
     /// Body shape in standard deviations, β.
     pub shape: Vec<f64>,
+    /// How the garment is cut, from slim, -1, to loose, 1; 0 for a garment of one cut.
+    pub ease: f64,
     /// Garment vertices (m).
     pub vertices: Vec<Vec3>,
     /// Where the body vertices of the garment's anchors are (m).
@@ -67,6 +69,8 @@ pub struct TrainingSet {
     pub seed: u64,
     /// Content hashes of what the set was made from, by name.
     pub sources: Vec<(String, String)>,
+    /// About how many vertices the garment was to have when it was cut, where that is known.
+    pub vertex_count: Option<usize>,
 }
 
 /// The clip that each sequence is a stretch of, numbered by first appearance: `kick-2` is the second stretch of `kick`. What is
@@ -167,6 +171,9 @@ impl TrainingSet {
             if sample.shape.len() != body_dimensions || sample.shape.iter().any(|value| !value.is_finite()) {
                 let wanted = format!("{body_dimensions} finite numbers");
                 return Err(GarmentError::data(format!("β of shape {index}"), wanted, format!("{:?}", sample.shape)));
+            }
+            if !(-1.0..=1.0).contains(&sample.ease) {
+                return Err(GarmentError::data(format!("ease of shape {index}"), "a number from -1 to 1", sample.ease));
             }
         }
         for sequence in &self.sequences {

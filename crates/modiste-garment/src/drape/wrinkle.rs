@@ -2,9 +2,10 @@
 
 use modiste_body::scape::RotationBlend;
 use modiste_body::{Part, Pose};
-use modiste_core::{Mat3, Pca, QuantisedBasis, Quat, Vec3, deformation_gradients};
+use modiste_core::{Mat3, Pca, Quat, Vec3, deformation_gradients};
 use rayon::prelude::*;
 
+use super::basis::{BasisScratch, GradientBasis};
 use super::blend::blend_parts;
 use super::gradient::{PER_FACE, TangentFrames, area_weights, gradient_of_tangents};
 use super::training_set::{Garment, PoseSequence, clips};
@@ -17,8 +18,10 @@ pub struct WrinkleOptions {
     pub variance: f64,
     /// Fewest coefficients.
     pub min_count: usize,
-    /// Most coefficients; each costs 6 bytes a face in the model file.
+    /// Most coefficients; each costs 3 bytes a vertex in the model file.
     pub max_count: usize,
+    /// Patterns of gradients that no mesh has (see [`GradientBasis`]) which are kept; each costs 6 bytes a face.
+    pub pattern_count: usize,
     /// Weighs each face by its area in the principal component analysis. The paper does not.
     pub area_weighted: bool,
     /// The distance (m) over which the rotations of neighbouring parts pass into each other. 0 is the paper: a face turns with
@@ -28,7 +31,14 @@ pub struct WrinkleOptions {
 
 impl Default for WrinkleOptions {
     fn default() -> Self {
-        Self { variance: 0.95, min_count: 30, max_count: 165, area_weighted: false, blend_width: 0.05 }
+        Self {
+            variance: 0.95,
+            min_count: 30,
+            max_count: 165,
+            pattern_count: 16,
+            area_weighted: false,
+            blend_width: 0.05,
+        }
     }
 }
 
@@ -39,7 +49,7 @@ pub struct WrinkleModel {
     pub(crate) blend_width: f64,
     pub(crate) blend: RotationBlend,
     pub(crate) mean: Vec<f32>,
-    pub(crate) basis: QuantisedBasis<i8>,
+    pub(crate) basis: GradientBasis,
     pub(crate) std_devs: Vec<f64>,
     pub(crate) total_variance: f64,
     pub(crate) held_out_loss: f64,
@@ -88,7 +98,8 @@ impl WrinkleModel {
         pca.basis.truncate(count * pca.dimensions());
         let coefficients: Vec<Vec<Vec<f64>>> =
             rows.iter().map(|rows| rows.par_iter().map(|row| pca.project(row)).collect()).collect();
-        let basis = QuantisedBasis::from_f32(&pca.basis, count, pca.dimensions())
+        let mesh = (garment.topology.as_ref(), garment.template.as_slice());
+        let basis = GradientBasis::new(mesh, &pca.basis, &pca.std_devs, options.pattern_count)
             .map_err(GarmentError::solve("basis of wrinkles"))?;
         let clips: Vec<usize> = clips(sequences).collect();
         let held_out_loss = held_out_loss(&rows, &clips, &weights, count)?;
@@ -138,8 +149,8 @@ impl WrinkleModel {
     }
 
     /// Writes Q of all faces for given ψ as a flat row.
-    pub(crate) fn expand(&self, wrinkles: &[f64], out: &mut [f32]) {
-        self.basis.expand(&self.mean, wrinkles, out);
+    pub(crate) fn expand(&self, wrinkles: &[f64], scratch: &mut BasisScratch, out: &mut [f32]) {
+        self.basis.expand(&self.mean, wrinkles, scratch, out);
     }
 
     /// Q of one frame on the mean body as a flat row.

@@ -12,6 +12,7 @@ use serde::Serialize;
 use std::sync::Arc;
 
 use crate::event::Reporter;
+use crate::limits::check_range;
 use crate::{Assets, BodyChoice, HairChoice, JobError, Length, MotionChoice};
 
 /// Dresses a moving body and writes scene, arrays, pictures and report into a folder.
@@ -23,10 +24,13 @@ pub struct Dress {
     pub body: BodyChoice,
     /// What they do.
     pub motion: MotionChoice,
-    /// What they wear; names of models in the assets.
+    /// What they wear: names of models in the assets, or files. After a colon a garment may have an ease of its own, as in
+    /// `tshirt:0.5`.
     pub garments: Vec<String>,
     /// Their hair, if any.
     pub hair: Option<HairChoice>,
+    /// How all others are cut: from slim, -1, over regular, 0, to loose, 1.
+    pub ease: f64,
     /// How much of the motion; all of a file or four seconds of an action when absent.
     pub length: Option<Length>,
     /// The forms in which the animation is written.
@@ -55,6 +59,7 @@ impl Default for Dress {
             motion: MotionChoice::Action(super::Action::Walk),
             garments: vec!["tshirt".to_owned(), "shorts".to_owned()],
             hair: None,
+            ease: 0.0,
             length: None,
             formats: Format::DEFAULT.to_vec(),
             fit_map: false,
@@ -71,8 +76,14 @@ impl Dress {
             self.length.map_or(Ok(()), |length| length.check(30.0))?;
         }
         let assets = Assets::find()?;
-        let garment_files =
-            self.garments.iter().map(|name| assets.garment(self.gender, name)).collect::<Result<Vec<_>, _>>()?;
+        let garment_files = self
+            .garments
+            .iter()
+            .map(|garment| {
+                let (name, ease) = with_ease(garment, self.ease)?;
+                Ok((assets.garment(self.gender, name)?, ease))
+            })
+            .collect::<Result<Vec<_>, JobError>>()?;
         let hair_file = self.hair.as_ref().map(|hair| hair.file(&assets)).transpose()?;
         let folder = StagedFolder::new(&self.out)?;
         let steps = 2 + garment_files.len();
@@ -80,8 +91,8 @@ impl Dress {
         let model = ScapeModel::load(assets.body(self.gender))?;
         reporter.advance("load", 1);
         let mut garments = Vec::new();
-        for file in &garment_files {
-            garments.push(Arc::new(DrapeModel::load(file)?));
+        for (file, ease) in &garment_files {
+            garments.push(Arc::new(DrapeModel::load(file)?.with_ease(*ease)?));
             reporter.advance("load", 1 + garments.len());
         }
         let body = self.body.make(&model, reporter)?;
@@ -108,5 +119,33 @@ impl Dress {
             reporter.wrote(file);
         }
         Ok(Dressed { report, files })
+    }
+}
+
+/// The name of a garment and its ease, which may be said after a colon.
+fn with_ease(garment: &str, usual: f64) -> Result<(&str, f64), JobError> {
+    let (name, ease) = match garment.rsplit_once(':') {
+        Some((name, ease)) => {
+            let wanted = || JobError::Request(format!("ease of {name}: a number was wanted, found `{ease}`"));
+            (name, ease.parse::<f64>().ok().ok_or_else(wanted)?)
+        }
+        None => (garment, usual),
+    };
+    check_range(&format!("ease of {name}"), ease, (-1.0, 1.0), "(slim to loose)")?;
+    Ok((name, ease))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_ease;
+
+    #[test]
+    fn an_ease_may_follow_the_name() {
+        assert_eq!(with_ease("tshirt", 0.5).unwrap(), ("tshirt", 0.5));
+        assert_eq!(with_ease("a/b.safetensors:-0.25", 0.5).unwrap(), ("a/b.safetensors", -0.25));
+        let refusal = |garment: &str, usual| with_ease(garment, usual).unwrap_err().to_string();
+        assert_eq!(refusal("skirt:wide", 0.0), "ease of skirt: a number was wanted, found `wide`");
+        assert_eq!(refusal("skirt", 3.0), "ease of skirt: wanted -1 to 1 (slim to loose), found 3");
+        assert!(with_ease("skirt:NaN", 0.0).is_err());
     }
 }

@@ -96,7 +96,9 @@ pub(crate) fn evaluate(
     let shape = set.map(|set| leave_one_out(set, &ShapeOptions::default(), &BODY_COUNTS, Placement::Anchors));
     let mean = body_model.body(&[])?;
     let design = Design::from_json(&garment.name, &garment.pattern, &Mannequin::from(&mean))?;
-    let wardrobe = Wardrobe::new(body_model, design, TailorOptions::default())?;
+    let usual = TailorOptions::default();
+    let tailor = TailorOptions { vertex_count: model.provenance.vertex_count.unwrap_or(usual.vertex_count), ..usual };
+    let wardrobe = Wardrobe::new(body_model, design, tailor)?;
     if wardrobe.template().state.positions.len() != garment.template.len() {
         return Err(JobError::Request(format!(
             "{} was learned at {} vertices, and its pattern is cut at {}",
@@ -156,7 +158,7 @@ struct Trial<'a> {
 impl Trial<'_> {
     /// Simulates one motion on one body, and makes it again by the model.
     fn run(&self, body: &Body, (index, shape): (usize, &[f64]), motion: &Sequence) -> Result<MotionFigures, JobError> {
-        let dressed = if index == 0 { self.wardrobe.template().clone() } else { self.wardrobe.dress(body)? };
+        let dressed = if index == 0 { self.wardrobe.template().clone() } else { self.wardrobe.dress(body, 0.0)? };
         let run = (motion.name.as_str(), &motion.motion);
         let simulation = self.wardrobe.simulate(body, &dressed, run, &|| {})?.soundest()?;
         let sequence = PoseSequence {

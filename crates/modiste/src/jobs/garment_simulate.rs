@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use modiste_body::{Gender, ScapeModel};
+use modiste_cloth::dress::TailorOptions;
 use modiste_cloth::training_set::{TrainingOptions, generate, training_sequences};
 use modiste_core::Progress;
 use serde::Serialize;
@@ -23,6 +24,8 @@ pub struct GarmentSimulate {
     pub bodies: usize,
     /// Seed of their shapes.
     pub seed: u64,
+    /// About how many vertices the garment has, if not as many as usual.
+    pub vertices: Option<usize>,
     /// Where captured motions are.
     pub sources: Sources,
     /// The folder for the training set.
@@ -47,6 +50,11 @@ pub struct SimulatedGarment {
 impl GarmentSimulate {
     pub(crate) fn run(&self, reporter: &Reporter<'_>) -> Result<SimulatedGarment, JobError> {
         check_range("number of bodies", self.bodies as f64, (3.0, 2000.0), "bodies")?;
+        let mut tailor = TailorOptions::default();
+        if let Some(vertices) = self.vertices {
+            check_range("number of vertices", vertices as f64, (500.0, 60_000.0), "vertices")?;
+            tailor.vertex_count = vertices;
+        }
         let model = ScapeModel::load(Assets::find()?.body(self.gender))?;
         let mocap = self.sources.mocap();
         if mocap.is_none() {
@@ -55,7 +63,8 @@ impl GarmentSimulate {
         let mean = model.body(&[])?;
         let design = self.design.load(&mean, reporter)?;
         let sequences = training_sequences(&mean, mocap.as_deref(), reporter)?;
-        let options = TrainingOptions { body_count: self.bodies, seed: self.seed, ..TrainingOptions::new(design) };
+        let options =
+            TrainingOptions { body_count: self.bodies, seed: self.seed, tailor, ..TrainingOptions::new(design) };
         let summary = generate(&model, &sequences, &options, &self.out, reporter)?;
         Ok(SimulatedGarment {
             folder: self.out.clone(),

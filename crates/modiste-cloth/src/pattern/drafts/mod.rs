@@ -10,7 +10,7 @@ mod trousers;
 use modiste_body::Gender;
 use modiste_core::Vec2;
 
-use super::{Curve, FitRule, GradedPattern, Outline, Size};
+use super::{Curve, Cut, FitRule, GradedPattern, Outline, Size};
 
 pub use skirt::draft_skirt;
 pub use top::{draft_longsleeve, draft_tshirt};
@@ -31,6 +31,30 @@ impl Trend {
 
 /// Step between sizes on the leading girth (m).
 const STEP: f64 = 0.04;
+
+/// From the regular cut to the loose one, everything that is worn below the waist gets wider by this at hip and band (m).
+const HIP_STEP: f64 = 0.050;
+const BAND_STEP: f64 = 0.030;
+
+/// One draft per size, in every cut: `draft` takes the leading girth of a size and the ease.
+#[derive(Debug)]
+struct InCuts<T> {
+    slim: Vec<T>,
+    regular: Vec<T>,
+    loose: Vec<T>,
+}
+
+impl<T> InCuts<T> {
+    fn new(leading: &[f64], draft: impl Fn(f64, f64) -> T) -> Self {
+        let of = |cut: Cut| leading.iter().map(|&girth| draft(girth, cut.ease())).collect();
+        Self { slim: of(Cut::Slim), regular: of(Cut::Regular), loose: of(Cut::Loose) }
+    }
+
+    /// The outlines of one panel: slim, regular and loose.
+    fn outlines(&self, panel: impl Fn(&T) -> Outline) -> [Vec<Outline>; 3] {
+        [&self.slim, &self.regular, &self.loose].map(|drafts| drafts.iter().map(&panel).collect())
+    }
+}
 
 /// The leading girths of the sizes from the first to the last.
 fn leading_girths(first: f64, last: f64) -> Vec<f64> {
@@ -79,10 +103,10 @@ impl Hips {
         [self.chest.at(hip - self.centre), self.waist.at(hip - self.centre), hip]
     }
 
-    /// Girth of the band of a size.
-    fn band(&self, hip: f64) -> f64 {
+    /// Girth of the band of a size. The elastic gathers what a loose cut has more of it.
+    fn band(&self, hip: f64, ease: f64) -> f64 {
         let waist = self.waist.at(hip - self.centre);
-        waist + Self::BAND_BELOW_WAIST * (hip - waist) + 0.015
+        waist + Self::BAND_BELOW_WAIST * (hip - waist) + 0.015 + BAND_STEP * ease
     }
 }
 

@@ -3,7 +3,7 @@
 use modiste_body::{Gender, Part};
 
 use super::super::{FitRule, GradedPattern, Outline, Panel, Wrap};
-use super::{Hips, Pen, Trend, band_at_waist, stitch, without_panels};
+use super::{HIP_STEP, Hips, InCuts, Pen, Trend, band_at_waist, stitch, without_panels};
 
 /// What differs between the women's and the men's block. Lengths in metres; trends are on the hip girth.
 #[derive(Debug, Clone, Copy)]
@@ -31,10 +31,17 @@ const MEN: Block = Block {
     flare: 0.340,
 };
 
+impl Block {
+    /// The block of an ease: looser skirts are wider and fuller.
+    fn in_cut(&self, ease: f64) -> Self {
+        Self { hip_ease: self.hip_ease + HIP_STEP * ease, flare: self.flare + 0.090 * ease, ..*self }
+    }
+}
+
 /// How far the waist edge dips towards the middle of the front, and of the back (m): there it rises over the seat.
 const DIPS: [f64; 2] = [0.012, -0.020];
 
-/// Drafts the skirt in every size.
+/// Drafts the skirt in every size and cut.
 pub fn draft_skirt(gender: Gender) -> GradedPattern {
     let block = match gender {
         Gender::Female => WOMEN,
@@ -43,12 +50,14 @@ pub fn draft_skirt(gender: Gender) -> GradedPattern {
     let measures = Hips::of(gender);
     let hips = Hips::sizes();
     let panel = |name: &str, dip: f64, wrap: Wrap, is_back: bool| {
-        let drafts: Vec<(Outline, Vec<String>)> =
-            hips.iter().map(|&hip| draft_size((&block, &measures), hip, dip, is_back)).collect();
+        let drafts = InCuts::new(&hips, |hip, ease| draft_size((&block, &measures), (hip, ease), dip, is_back));
+        let [slim, outlines, loose] = drafts.outlines(|draft| draft.0.clone());
         Panel {
             name: name.to_owned(),
-            edge_labels: drafts[0].1.clone(),
-            outlines: drafts.into_iter().map(|draft| draft.0).collect(),
+            edge_labels: drafts.regular[0].1.clone(),
+            outlines,
+            slim,
+            loose,
             wrap,
             part: Part::Pelvis,
             lower_parts: Vec::new(),
@@ -72,11 +81,17 @@ pub fn draft_skirt(gender: Gender) -> GradedPattern {
     pattern
 }
 
-/// One panel of one size; y = 0 is the crotch line, x = 0 the centre line. The back is drawn clockwise, so that it faces
-/// backward.
-fn draft_size((block, measures): (&Block, &Hips), hip: f64, dip: f64, is_back: bool) -> (Outline, Vec<String>) {
+/// One panel of one size and ease; y = 0 is the crotch line, x = 0 the centre line. The back is drawn clockwise, so that it
+/// faces backward.
+fn draft_size(
+    (block, measures): (&Block, &Hips),
+    (hip, ease): (f64, f64),
+    dip: f64,
+    is_back: bool,
+) -> (Outline, Vec<String>) {
+    let block = block.in_cut(ease);
     let offset = hip - measures.centre;
-    let band = measures.band(hip);
+    let band = measures.band(hip, ease);
     let half_hip = 0.25 * (hip + block.hip_ease);
     let half_waist = 0.25 * band;
     let half_hem = half_hip + 0.25 * block.flare;

@@ -5,7 +5,7 @@ use modiste_core::Vec2;
 
 use super::super::{Anchors, Curve, FitRule, GradedPattern, LowerPart, Outline, Panel, Rib, Wrap};
 use super::{
-    Pen, Trend, edge_named, increasing_root, leading_girths, mirrored, mirrored_labels, stitch, without_panels,
+    InCuts, Pen, Trend, edge_named, increasing_root, leading_girths, mirrored, mirrored_labels, stitch, without_panels,
 };
 
 /// What differs between the women's and the men's block. Lengths in metres; trends are on the chest girth.
@@ -91,6 +91,24 @@ const MEN: Block = Block {
     waist_shaping: 0.0,
 };
 
+impl Block {
+    /// The block of an ease: looser tops are wider and longer, their shoulders fall and their sleeves are set lower.
+    fn in_cut(&self, ease: f64) -> Self {
+        let and = |trend: Trend, more: f64| Trend { mean: trend.mean + more * ease, ..trend };
+        Self {
+            length: and(self.length, 0.020),
+            underarm: and(self.underarm, 0.012),
+            sleeve: and(self.sleeve, 0.010),
+            wrist: and(self.wrist, 0.020),
+            chest_ease: self.chest_ease + 0.065 * ease,
+            hem_ease: self.hem_ease + 0.065 * ease,
+            biceps_ease: self.biceps_ease + 0.030 * ease,
+            shoulder_extra: self.shoulder_extra + 0.010 * ease,
+            ..*self
+        }
+    }
+}
+
 /// Measures of one size (m), all read off the block.
 #[derive(Debug, Clone, Copy)]
 struct Measures {
@@ -126,12 +144,12 @@ enum Sleeve {
     Long,
 }
 
-/// Drafts the T-shirt in every size.
+/// Drafts the T-shirt in every size and cut.
 pub fn draft_tshirt(gender: Gender) -> GradedPattern {
     draft("tshirt", gender, Sleeve::Short)
 }
 
-/// Drafts the shirt with long sleeves in every size.
+/// Drafts the shirt with long sleeves in every size and cut.
 pub fn draft_longsleeve(gender: Gender) -> GradedPattern {
     draft("longsleeve", gender, Sleeve::Long)
 }
@@ -142,26 +160,27 @@ fn draft(garment: &str, gender: Gender, sleeve: Sleeve) -> GradedPattern {
         Gender::Male => MEN,
     };
     let chests = leading_girths(block.first_chest, block.last_chest);
-    let measures: Vec<Measures> = chests.iter().map(|&chest| measures(&block, chest, sleeve)).collect();
-    let drafts: Vec<[(Outline, Vec<String>); 3]> = measures.iter().map(draft_size).collect();
-    let column = |panel: usize| -> Vec<Outline> { drafts.iter().map(|d| d[panel].0.clone()).collect() };
-    let labels = |panel: usize| drafts[0][panel].1.clone();
-    let panel = |name: &str, labels: Vec<String>, outlines: Vec<Outline>, wrap: Wrap, part: Part| Panel {
+    let drafts = InCuts::new(&chests, |chest, ease| draft_size(&measures(&block.in_cut(ease), chest, sleeve)));
+    let column = |panel: usize| drafts.outlines(|draft| draft[panel].0.clone());
+    let labels = |panel: usize| drafts.regular[0][panel].1.clone();
+    let panel = |name: &str, labels: Vec<String>, [slim, outlines, loose]: [Vec<Outline>; 3], wrap, part| Panel {
         name: name.to_owned(),
         edge_labels: labels,
         outlines,
+        slim,
+        loose,
         wrap,
         part,
         lower_parts: Vec::new(),
         covers: Vec::new(),
     };
-    let elbows: Option<Vec<f64>> = measures.iter().map(|m| Some(m.forearm?.elbow)).collect();
-    let sleeve =
-        |name: &str, labels: Vec<String>, outlines: Vec<Outline>, wrap: Wrap, [upper, lower]: [Part; 2]| Panel {
-            lower_parts: elbows.iter().map(|below| LowerPart { part: lower, below: below.clone() }).collect(),
-            ..panel(name, labels, outlines, wrap, upper)
-        };
-    let right_sleeve = column(2).iter().map(mirrored).collect();
+    let elbows: Option<Vec<f64>> =
+        chests.iter().map(|&chest| Some(measures(&block, chest, sleeve).forearm?.elbow)).collect();
+    let sleeve = |name: &str, labels, outlines: [Vec<Outline>; 3], wrap: Wrap, [upper, lower]: [Part; 2]| Panel {
+        lower_parts: elbows.iter().map(|below| LowerPart { part: lower, below: below.clone() }).collect(),
+        ..panel(name, labels, outlines, wrap, upper)
+    };
+    let right_sleeve = drafts.outlines(|draft| mirrored(&draft[2].0));
     let named = (garment, gender, "jersey");
     let mut pattern = without_panels(named, FitRule::Upper, (&chests, block.centre), |chest| {
         [chest, block.waist.at(chest - block.centre), block.hip.at(chest - block.centre)]

@@ -3,7 +3,7 @@
 use modiste_body::{Gender, Part};
 
 use super::super::{FitRule, GradedPattern, LowerPart, Outline, Panel, Wrap};
-use super::{Hips, Pen, Trend, band_at_waist, mirrored, mirrored_labels, stitch, without_panels};
+use super::{HIP_STEP, Hips, InCuts, Pen, Trend, band_at_waist, mirrored, mirrored_labels, stitch, without_panels};
 
 /// What differs between the women's and the men's block. Lengths in metres; trends are on the hip girth.
 #[derive(Debug, Clone, Copy)]
@@ -48,6 +48,21 @@ const MEN: Block = Block {
     back_fork: 0.105,
 };
 
+impl Block {
+    /// The block of an ease: looser trousers are wider at hip and leg and hang lower; shorts are longer too.
+    fn in_cut(&self, ease: f64) -> Self {
+        let and = |trend: Trend, more: f64| Trend { mean: trend.mean + more * ease, ..trend };
+        Self {
+            rise: and(self.rise, 0.008),
+            short_inseam: and(self.short_inseam, 0.015),
+            knee_girth: and(self.knee_girth, 0.050),
+            hem_girth: and(self.hem_girth, 0.050),
+            hip_ease: self.hip_ease + HIP_STEP * ease,
+            ..*self
+        }
+    }
+}
+
 /// How far the legs reach.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Leg {
@@ -55,12 +70,12 @@ enum Leg {
     Long,
 }
 
-/// Drafts the shorts in every size.
+/// Drafts the shorts in every size and cut.
 pub fn draft_shorts(gender: Gender) -> GradedPattern {
     draft("shorts", gender, Leg::Short)
 }
 
-/// Drafts the long pants in every size.
+/// Drafts the long pants in every size and cut.
 pub fn draft_pants(gender: Gender) -> GradedPattern {
     draft("pants", gender, Leg::Long)
 }
@@ -72,19 +87,22 @@ fn draft(garment: &str, gender: Gender, leg: Leg) -> GradedPattern {
     };
     let measures = Hips::of(gender);
     let hips = Hips::sizes();
-    let drafts: Vec<[(Outline, Vec<String>); 2]> =
-        hips.iter().map(|&hip| draft_size((&block, &measures), hip, leg)).collect();
+    let drafts = InCuts::new(&hips, |hip, ease| draft_size((&block, &measures), (hip, ease), leg));
     let knees: Vec<f64> = hips.iter().map(|&hip| -block.knee.at(hip - measures.centre)).collect();
     let panel = |name: &str, piece: usize, right: bool, wrap: Wrap, [thigh, shin]: [Part; 2]| {
         let mut lower_parts = vec![LowerPart { part: thigh, below: vec![0.0; hips.len()] }];
         if leg == Leg::Long {
             lower_parts.push(LowerPart { part: shin, below: knees.clone() });
         }
-        let labels = &drafts[0][piece].1;
+        let labels = &drafts.regular[0][piece].1;
+        let [slim, outlines, loose] =
+            drafts.outlines(|draft| if right { mirrored(&draft[piece].0) } else { draft[piece].0.clone() });
         Panel {
             name: name.to_owned(),
             edge_labels: if right { mirrored_labels(labels) } else { labels.clone() },
-            outlines: drafts.iter().map(|d| if right { mirrored(&d[piece].0) } else { d[piece].0.clone() }).collect(),
+            outlines,
+            slim,
+            loose,
             wrap,
             part: Part::Pelvis,
             lower_parts,
@@ -130,10 +148,11 @@ fn draft(garment: &str, gender: Gender, leg: Leg) -> GradedPattern {
     pattern
 }
 
-/// Left front and left back of one size; y = 0 is the crotch line, x = 0 the centre line.
-fn draft_size((block, measures): (&Block, &Hips), hip: f64, leg: Leg) -> [(Outline, Vec<String>); 2] {
+/// Left front and left back of one size and ease; y = 0 is the crotch line, x = 0 the centre line.
+fn draft_size((block, measures): (&Block, &Hips), (hip, ease): (f64, f64), leg: Leg) -> [(Outline, Vec<String>); 2] {
+    let block = block.in_cut(ease);
     let offset = hip - measures.centre;
-    let band = measures.band(hip);
+    let band = measures.band(hip, ease);
     let quarter = 0.25 * (hip + block.hip_ease);
     let (front, back) = (quarter - 0.005, quarter + 0.005);
     let rise = block.rise.at(offset);
@@ -143,7 +162,7 @@ fn draft_size((block, measures): (&Block, &Hips), hip: f64, leg: Leg) -> [(Outli
     let side = 0.5 * (front + back - centre_front - centre_back - 0.5 * band);
     let back_raise = 0.040;
     let hip_line = 0.30 * rise;
-    let levels = leg_levels(block, offset, leg, [front, back], [front_fork, back_fork]);
+    let levels = leg_levels(&block, (offset, ease), leg, [front, back], [front_fork, back_fork]);
 
     let seat = 0.42 * rise;
     // The front's outseam mirrors into the back's: same heights, same insets, so both sides are equally long.
@@ -198,8 +217,9 @@ const OUTSEAM: [&str; 2] = ["outseam", "outseam_low"];
 /// The back of a trouser leg is this much wider than the front, half (m).
 const BACK_EXTRA: f64 = 0.010;
 
-/// How far the outseam of shorts leans in from hip to hem (m).
+/// How far the outseam of shorts leans in from hip to hem (m), and how much less it does in the loose cut.
 const SHORT_TAPER: f64 = 0.010;
+const SHORT_TAPER_STEP: f64 = 0.010;
 
 /// The two sides of a leg at one height: inseam and outseam of front and back.
 #[derive(Debug, Clone, Copy)]
@@ -214,18 +234,15 @@ struct Level {
 /// Outseams of front and back have the same insets, so both are equally long.
 fn leg_levels(
     block: &Block,
-    offset: f64,
+    (offset, ease): (f64, f64),
     leg: Leg,
     [front, back]: [f64; 2],
     [front_fork, back_fork]: [f64; 2],
 ) -> Vec<Level> {
     if leg == Leg::Short {
         let y = -block.short_inseam.at(offset);
-        return vec![Level {
-            y,
-            front: [0.030 - front_fork, front - SHORT_TAPER],
-            back: [0.050 - back_fork, back - SHORT_TAPER],
-        }];
+        let taper = SHORT_TAPER - SHORT_TAPER_STEP * ease;
+        return vec![Level { y, front: [0.030 - front_fork, front - taper], back: [0.050 - back_fork, back - taper] }];
     }
     let crease = 0.5 * (front - front_fork);
     let level = |y: f64, girth: f64| {
