@@ -16,8 +16,9 @@ pub use error::JobError;
 pub use event::{Event, Listener};
 pub use jobs::{
     Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, DesignChoice, Dress, Dressed,
-    EvaluatedGarment, GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Job, LearnedGarment, Length,
-    MadeBody, MadePopulation, MeasuredBody, MotionChoice, Outcome, SimulatedGarment, TrainedBody, TrainedGarment, run,
+    EvaluatedGarment, GarmentEvaluate, GarmentImport, GarmentLearn, GarmentSimulate, GarmentTrain, Job, LearnedGarment,
+    Length, MadeBody, MadePopulation, MeasuredBody, MotionChoice, Outcome, SimulatedGarment, TrainedBody,
+    TrainedGarment, UpAxis, run,
 };
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};

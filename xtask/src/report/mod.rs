@@ -1,5 +1,6 @@
 //! `cargo xtask report`: what the project claims, measured, as tables, plots and figures.
 
+mod cloth;
 mod fit;
 mod garment_shape;
 mod garments;
@@ -41,6 +42,8 @@ enum Which {
     Main,
     /// Every learned garment against physics on bodies and motions that it was not learned from.
     Garments,
+    /// The simulation that garments are learned from: fabrics, convergence, wear and cost.
+    Physics,
 }
 
 impl Which {
@@ -49,6 +52,7 @@ impl Which {
         match self {
             Self::Main => "main",
             Self::Garments => "garments",
+            Self::Physics => "physics",
         }
     }
 
@@ -56,6 +60,7 @@ impl Which {
         match self {
             Self::Main => "What the main job shows",
             Self::Garments => "What the learned garments are worth",
+            Self::Physics => "Whether the simulation behaves like cloth",
         }
     }
 
@@ -63,6 +68,7 @@ impl Which {
         match self {
             Self::Main => &MAIN,
             Self::Garments => &GARMENTS,
+            Self::Physics => &PHYSICS,
         }
     }
 }
@@ -74,6 +80,13 @@ struct Section {
 }
 
 const GARMENTS: [Section; 1] = [Section { name: "garments", measure: garments::measure }];
+
+const PHYSICS: [Section; 4] = [
+    Section { name: "fabrics", measure: cloth::fabrics::measure },
+    Section { name: "convergence", measure: cloth::convergence::measure },
+    Section { name: "wear", measure: cloth::wear::measure },
+    Section { name: "cost", measure: cloth::cost::measure },
+];
 
 const MAIN: [Section; 8] = [
     Section { name: "population", measure: population::measure },

@@ -156,12 +156,26 @@ impl ReadyMade {
     /// # Errors
     /// [`ReadyMadeError`] with the plain reason.
     pub fn new(
-        (garment, gender, material): (&str, Gender, &str),
+        named: (&str, Gender, &str),
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
         worn_on: &Mannequin,
         mean: &Mannequin,
     ) -> Result<Self, ReadyMadeError> {
+        Self::with_sources(named, vertices, triangles, worn_on, mean).map(|(garment, _)| garment)
+    }
+
+    /// As [`Self::new`], with the vertex of the mesh given that each vertex of the garment was.
+    ///
+    /// # Errors
+    /// [`ReadyMadeError`] with the plain reason.
+    pub fn with_sources(
+        (garment, gender, material): (&str, Gender, &str),
+        vertices: &[Vec3],
+        triangles: &[[u32; 3]],
+        worn_on: &Mannequin,
+        mean: &Mannequin,
+    ) -> Result<(Self, Vec<u32>), ReadyMadeError> {
         let name = garment.to_owned();
         if triangles.len() > MOST_TRIANGLES {
             return Err(ReadyMadeError::TooFine { name, found: triangles.len() });
@@ -170,7 +184,8 @@ impl ReadyMade {
             let why = format!("vertex {vertex}, where there are {}", vertices.len());
             return Err(ReadyMadeError::NotASurface { name, why });
         }
-        let (vertices, mut faces) = welded(vertices, triangles);
+        let (sources, mut faces) = welded(vertices, triangles);
+        let vertices: Vec<Vec3> = sources.iter().map(|&source| vertices[source as usize]).collect();
         if faces.is_empty() {
             return Err(ReadyMadeError::Empty { name });
         }
@@ -199,7 +214,7 @@ impl ReadyMade {
         }
         let carried =
             Carrier::new(&vertices, &worn_on.vertices).carry(&topology, &vertices, &worn_on.vertices, &mean.vertices);
-        Ok(Self::assemble([garment, gender.name(), material], carried, topology, mean))
+        Ok((Self::assemble([garment, gender.name(), material], carried, topology, mean), sources))
     }
 
     /// Whether a stored text is that of a ready-made garment.
@@ -381,14 +396,14 @@ fn laid_flat(topology: &Topology, x: &[Vec3]) -> Vec<[Vec2; 3]> {
     topology.faces().iter().map(flat).collect()
 }
 
-/// Vertices in one place joined, unused ones and triangles that have become edges left out.
-fn welded(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+/// Vertices in one place joined, unused ones and triangles that have become edges left out: the vertices that stay, and the
+/// triangles over them.
+fn welded(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 3]>) {
     let key = |x: Vec3| (x / WELD).round().to_array().map(|x| x as i64);
     let (mut places, mut kept) = (BTreeMap::new(), Vec::new());
     let mut place = |vertex: u32| {
-        let x = vertices[vertex as usize];
-        *places.entry(key(x)).or_insert_with(|| {
-            kept.push(x);
+        *places.entry(key(vertices[vertex as usize])).or_insert_with(|| {
+            kept.push(vertex);
             kept.len() as u32 - 1
         })
     };

@@ -8,6 +8,7 @@ mod body_train;
 mod design_choice;
 mod dress;
 mod garment_evaluate;
+mod garment_import;
 mod garment_learn;
 mod garment_simulate;
 mod garment_train;
@@ -23,6 +24,7 @@ pub use body_train::{BodyTrain, TrainedBody};
 pub use design_choice::DesignChoice;
 pub use dress::{Dress, Dressed};
 pub use garment_evaluate::{EvaluatedGarment, GarmentEvaluate};
+pub use garment_import::{GarmentImport, UpAxis};
 pub use garment_learn::{GarmentLearn, LearnedGarment};
 pub use garment_simulate::{GarmentSimulate, SimulatedGarment};
 pub use garment_train::{GarmentTrain, TrainedGarment};
@@ -52,6 +54,8 @@ pub enum Job {
     GarmentLearn(GarmentLearn),
     /// Measures a learned garment.
     GarmentEvaluate(GarmentEvaluate),
+    /// Learns a garment from what another program simulated.
+    GarmentImport(GarmentImport),
 }
 
 /// What a job gives back, beside its files.
@@ -76,6 +80,8 @@ pub enum Outcome {
     LearnedGarment(LearnedGarment),
     /// Of [`Job::GarmentEvaluate`].
     EvaluatedGarment(EvaluatedGarment),
+    /// Of [`Job::GarmentImport`].
+    ImportedGarment(LearnedGarment),
 }
 
 /// Does a job on this thread; `listener` hears of its progress.
@@ -94,5 +100,6 @@ pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
         Job::GarmentTrain(job) => job.run(&reporter).map(Outcome::TrainedGarment),
         Job::GarmentLearn(job) => job.run(&reporter).map(Outcome::LearnedGarment),
         Job::GarmentEvaluate(job) => job.run(&reporter).map(Outcome::EvaluatedGarment),
+        Job::GarmentImport(job) => job.run(&reporter).map(Outcome::ImportedGarment),
     }
 }
