@@ -7,9 +7,10 @@ mod meshes;
 mod patterns;
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 /// An odd input: what it is, the words of the command with its files made in a folder of its own, and what the sentence holds.
 pub(crate) struct Case {
@@ -32,11 +33,12 @@ impl Case {
         let folder = tempfile::tempdir().unwrap();
         let words = (self.make)(folder.path());
         let before = files(folder.path());
-        let output = modiste(&words, folder.path());
-        let text = String::from_utf8_lossy(&output.stderr);
+        let Some((success, text)) = answered(&words, folder.path()) else {
+            return Some(format!("{}: no answer within {} s", self.name, LONGEST.as_secs()));
+        };
         let errors: Vec<&str> = text.lines().filter(|line| line.starts_with("error: ")).collect();
         let answer = match errors[..] {
-            [one] if one.contains(self.wanted) && !output.status.success() && !text.contains("panicked") => None,
+            [one] if one.contains(self.wanted) && !success && !text.contains("panicked") => None,
             _ => Some(format!("said {text:?} instead of {:?}", self.wanted)),
         };
         // What was read before the fault stays for the next run.
@@ -44,6 +46,32 @@ impl Case {
         let left: Vec<PathBuf> = files(folder.path()).into_iter().filter(is_new).collect();
         let left = (!left.is_empty()).then(|| format!("left {left:?}"));
         answer.or(left).map(|fault| format!("{}: {fault}", self.name))
+    }
+}
+
+/// Longest that an answer may take: it is given before any work.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// Whether the command succeeds, and what it says; none if it works on instead.
+fn answered(words: &[String], folder: &Path) -> Option<(bool, String)> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_modiste"));
+    let errors = tempfile::NamedTempFile::new().unwrap();
+    command.args(words).current_dir(folder).stdout(Stdio::null()).stderr(errors.reopen().unwrap());
+    let mut child = command.spawn().expect("the program starts");
+    let started = Instant::now();
+    loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            return Some((
+                status.success(),
+                String::from_utf8_lossy(&std::fs::read(errors.path()).unwrap()).into_owned(),
+            ));
+        }
+        if started.elapsed() > LONGEST {
+            child.kill().unwrap();
+            child.wait().unwrap();
+            return None;
+        }
+        std::thread::sleep(Duration::from_millis(10));
     }
 }
 

@@ -90,7 +90,11 @@ fn surfaces() -> Vec<Case> {
         mesh("a strip with one side", "one side only", obj(&points, &strip)),
         mesh("a triangle without area", "triangles with area", with("v 0.0 0.78 0.22\nv 0.0 0.76 0.22\nf 61 91 92\n")),
         mesh("a closed surface", "without openings", closed()),
-        mesh("a point where two parts touch", "belt", with("v 0.3 1.1 0.22\nv 0.2 1.1 0.25\nf 1 91 92\n")),
+        mesh(
+            "parts that touch in a point",
+            "touch in vertex 0 alone",
+            with("v 0.3 1.1 0.22\nv 0.2 1.1 0.25\nf 1 91 92\n"),
+        ),
     ]
 }
 

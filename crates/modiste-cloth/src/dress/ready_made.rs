@@ -198,6 +198,10 @@ impl ReadyMade {
         };
         faces = oriented(&faces).map_err(|why| ReadyMadeError::NotASurface { name: garment.to_owned(), why })?;
         let mut topology = surface(faces.clone())?;
+        if let Some(vertex) = touching(&topology) {
+            let why = format!("parts that touch in vertex {} alone", sources[vertex]);
+            return Err(ReadyMadeError::NotASurface { name, why });
+        }
         let pieces = connected_components(&topology);
         if pieces.len() > 1 {
             let smallest = pieces.iter().map(Vec::len).min().unwrap_or(0);
@@ -409,6 +413,15 @@ fn welded(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 3]>
     };
     let faces: Vec<[u32; 3]> = triangles.iter().map(|face| face.map(&mut place)).collect();
     (kept, faces.into_iter().filter(|[a, b, c]| a != b && b != c && c != a).collect())
+}
+
+/// A vertex in which the rim meets itself: more than two of its edges are at it.
+fn touching(topology: &Topology) -> Option<usize> {
+    let mut rims = vec![0; topology.vertex_count()];
+    for edge in topology.edges().iter().filter(|edge| edge.faces.contains(&None)) {
+        edge.vertices.iter().for_each(|&vertex| rims[vertex as usize] += 1);
+    }
+    rims.iter().position(|&count| count > 2)
 }
 
 /// The triangle with the least area, and that area.
@@ -669,6 +682,9 @@ mod tests {
         refused(&x, &vec![faces[0]; 60_001], "at most 60000");
         let [a, b, _] = faces[0];
         refused(&x, &[faces.clone(), vec![[a, b, 300]]].concat(), "3 triangles at one edge");
+        let flap = [x.clone(), vec![Vec3::new(0.3, 1.1, 0.2), Vec3::new(0.2, 1.1, 0.3)]].concat();
+        let end = x.len() as u32;
+        refused(&flap, &[faces.clone(), vec![[0, end, end + 1]]].concat(), "touch in vertex 0 alone");
         let away: Vec<Vec3> = x.iter().map(|x| *x + Vec3::new(1.5, 0.0, 0.0)).collect();
         refused(&away, &faces, "m away from it");
         let inside: Vec<Vec3> = x.iter().map(|x| Vec3::new(0.2 * x.x, x.y, 0.2 * x.z)).collect();

@@ -189,7 +189,7 @@ impl GarmentImport {
         let Some(path) = &self.mesh else {
             if found.faces.is_empty() {
                 return Err(JobError::Request(format!(
-                    "{}: point caches have no faces; name an OBJ of the garment on the mean body by --mesh",
+                    "{}: wanted the faces of the garment, found none; name an OBJ of it on the mean body by --mesh",
                     nearest.name
                 )));
             }
