@@ -209,7 +209,7 @@ impl PatternSpec {
         }
         for (panel_name, panel) in &self.pattern.panels {
             let wrong = |wanted, found| IoError::field(name, format!("panel \"{panel_name}\""), wanted, found);
-            panel.check(LARGEST * self.properties.units_in_meter, wrong)?;
+            panel.check(wrong)?;
         }
         for (index, stitch) in self.pattern.stitches.iter().enumerate() {
             for side in &stitch.sides {
@@ -231,22 +231,21 @@ impl PatternSpec {
     }
 }
 
-/// Nothing of a garment is as far from its body (m).
-const LARGEST: f64 = 100.0;
+/// No coordinate of a garment is as large, in whatever unit; beyond, sums lose their digits.
+const LARGEST: f64 = 1e6;
 
 /// Panels are turned by at most so much (degrees); some programs count full turns.
 const LARGEST_TURN: f64 = 3600.0;
 
 impl Panel {
-    /// Coordinates are at most `largest`, in the file's unit.
-    fn check(&self, largest: f64, wrong: impl Fn(String, String) -> IoError) -> Result<(), IoError> {
+    fn check(&self, wrong: impl Fn(String, String) -> IoError) -> Result<(), IoError> {
         let within = |what: &str, limit: f64, numbers: &[f64]| match numbers.iter().find(|x| !(x.abs() <= limit)) {
             Some(number) => Err(wrong(format!("numbers from -{limit} to {limit} in {what}"), format!("{number:e}"))),
             None => Ok(()),
         };
-        within("translation", largest, &self.translation)?;
+        within("translation", LARGEST, &self.translation)?;
         within("rotation", LARGEST_TURN, &self.rotation)?;
-        within("vertices", largest, self.vertices.as_flattened())?;
+        within("vertices", LARGEST, self.vertices.as_flattened())?;
         if self.edges.len() < 2 {
             return Err(wrong("an outline of two or more edges".to_owned(), self.edges.len().to_string()));
         }
@@ -267,7 +266,7 @@ impl Panel {
                 Some(Curvature::Curve(Curve::Cubic(points))) => points.as_flattened(),
                 Some(Curvature::Curve(Curve::Circle(params))) => params,
             };
-            within(&format!("the curvature of edge {index}"), largest.max(LARGEST), params)?;
+            within(&format!("the curvature of edge {index}"), LARGEST, params)?;
             if let Some(Curvature::Curve(Curve::Circle([radius, ..]))) = edge.curvature
                 && radius <= 0.0
             {
