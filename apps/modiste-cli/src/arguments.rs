@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiste::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, DesignChoice, Dress, GarmentEvaluate,
-    GarmentImport, GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, Quantity, Sources,
-    UpAxis,
+    Action, BenchDress, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Check, Crowd, DesignChoice,
+    Dress, Format, GarmentEvaluate, GarmentImport, GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length,
+    MotionChoice, Quantity, Sources, UpAxis,
 };
 
 /// Dressed virtual people, learned from data.
@@ -25,12 +25,22 @@ enum Command {
         after_help = "Example:\n  modiste dress --gender male --height 1.82 --weight 88 --motion kick_10_01.bvh.gz --out kick"
     )]
     Dress(DressArguments),
+    /// Check a dressed result: vertices inside the body, triangles that cross and how deep. Exit status 1 where the guarantee
+    /// does not hold.
+    #[command(after_help = "Example:\n  modiste check out/dress/dressed.npz --json")]
+    Check(CheckArguments),
+    /// Make many people: random bodies, garments and motions, each in a folder of their own and at their place in one scene.
+    #[command(after_help = "Example:\n  modiste crowd --count 200 --motion-dir mocap --format glb,usd --out crowd")]
+    Crowd(CrowdArguments),
     /// Make, measure and learn bodies.
     #[command(subcommand)]
     Body(BodyCommand),
     /// Simulate and learn garments.
     #[command(subcommand)]
     Garment(GarmentCommand),
+    /// Measure how long a frame takes on this machine.
+    #[command(subcommand)]
+    Bench(BenchCommand),
 }
 
 #[derive(Debug, Subcommand)]
@@ -51,6 +61,13 @@ enum BodyCommand {
     /// Learn the body model of one gender from its population.
     #[command(after_help = "Example:\n  modiste body train --gender male --out assets/body-male.safetensors")]
     Train(TrainArguments),
+}
+
+#[derive(Debug, Subcommand)]
+enum BenchCommand {
+    /// Time the outfits of DRAPE's table 1 from the pose in to the vertices out, one character at a time.
+    #[command(after_help = "Example:\n  modiste bench dress --json")]
+    Dress(BenchDressArguments),
 }
 
 #[derive(Debug, Subcommand)]
@@ -97,8 +114,65 @@ struct DressArguments {
     /// Length of the animation.
     #[arg(long)]
     seconds: Option<f64>,
+    /// Forms of the animation, with commas between: `pc2` is an OBJ and a point cache for Blender, `obj` and `ply` are a file for
+    /// each frame, `npz` plain arrays.
+    #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',', default_value = "glb,npz")]
+    format: Vec<FormatName>,
+    /// Map ease and strain: picture, two coloured GLB files, and numbers for each region in the report.
+    #[arg(long)]
+    fit_map: bool,
     /// Folder for the results.
     #[arg(long, value_name = "FOLDER", default_value = "out/dress")]
+    out: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct BenchDressArguments {
+    /// Whose body model and garments.
+    #[arg(long, value_enum, default_value = "female")]
+    gender: GenderName,
+    /// Numbers of threads, with commas between.
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2")]
+    threads: Vec<usize>,
+    /// Frames that count.
+    #[arg(long, value_name = "NUMBER", default_value_t = 120)]
+    frames: usize,
+    /// Print a list of rows as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct CheckArguments {
+    /// The npz file: `body` (F, V, 3), `body_faces`, and the same for each garment, the innermost first.
+    file: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct CrowdArguments {
+    /// Number of people.
+    #[arg(long, default_value_t = 20)]
+    count: usize,
+    /// Folder of motions (BVH, packed by gzip or not); otherwise those that the program makes itself.
+    #[arg(long, value_name = "FOLDER")]
+    motion_dir: Option<PathBuf>,
+    /// Length of the animation.
+    #[arg(long, default_value_t = 2.0)]
+    seconds: f64,
+    /// Seed of everything that is random.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Forms in which each person is written, with commas between; with `usd` there is one layer that holds them all.
+    #[arg(long, value_name = "NAMES", value_enum, value_delimiter = ',', default_value = "glb")]
+    format: Vec<FormatName>,
+    /// Folder for the results.
+    #[arg(long, value_name = "FOLDER", default_value = "out/crowd")]
     out: PathBuf,
     /// Print the result as JSON.
     #[arg(long)]
@@ -366,6 +440,16 @@ enum UpName {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
+enum FormatName {
+    Glb,
+    Usd,
+    Pc2,
+    Obj,
+    Ply,
+    Npz,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum ActionName {
     Walk,
     Turn,
@@ -380,6 +464,20 @@ impl Arguments {
     pub(crate) fn job(&self) -> Result<Job> {
         Ok(match &self.command {
             Command::Dress(arguments) => Job::Dress(arguments.job()),
+            Command::Bench(BenchCommand::Dress(arguments)) => Job::BenchDress(BenchDress {
+                gender: arguments.gender.into(),
+                threads: arguments.threads.clone(),
+                frames: arguments.frames,
+            }),
+            Command::Check(arguments) => Job::Check(Check { file: arguments.file.clone() }),
+            Command::Crowd(arguments) => Job::Crowd(Crowd {
+                count: arguments.count,
+                motions: arguments.motion_dir.clone(),
+                length: Length::Seconds(arguments.seconds),
+                seed: arguments.seed,
+                formats: formats(&arguments.format),
+                out: arguments.out.clone(),
+            }),
             Command::Body(BodyCommand::Make(arguments)) => Job::BodyMake(arguments.job()?),
             Command::Body(BodyCommand::Measure(arguments)) => {
                 Job::BodyMeasure(BodyMeasure { file: arguments.file.clone() })
@@ -405,6 +503,9 @@ impl Arguments {
     pub(crate) fn json(&self) -> bool {
         match &self.command {
             Command::Dress(arguments) => arguments.json,
+            Command::Bench(BenchCommand::Dress(arguments)) => arguments.json,
+            Command::Check(arguments) => arguments.json,
+            Command::Crowd(arguments) => arguments.json,
             Command::Body(BodyCommand::Make(arguments)) => arguments.json,
             Command::Body(BodyCommand::Measure(arguments)) => arguments.json,
             Command::Body(BodyCommand::Population(arguments)) => arguments.json,
@@ -431,6 +532,8 @@ impl DressArguments {
             motion,
             garments: self.garments.iter().filter(|name| *name != "none").cloned().collect(),
             length,
+            formats: formats(&self.format),
+            fit_map: self.fit_map,
             out: self.out.clone(),
         }
     }
@@ -599,6 +702,27 @@ impl From<GenderName> for Gender {
     }
 }
 
+impl From<FormatName> for Format {
+    fn from(name: FormatName) -> Self {
+        match name {
+            FormatName::Glb => Self::Glb,
+            FormatName::Usd => Self::Usd,
+            FormatName::Pc2 => Self::Pc2,
+            FormatName::Obj => Self::Obj,
+            FormatName::Ply => Self::Ply,
+            FormatName::Npz => Self::Npz,
+        }
+    }
+}
+
+/// Each form once, in the order of [`Format::ALL`].
+fn formats(names: &[FormatName]) -> Vec<Format> {
+    let mut formats: Vec<Format> = names.iter().map(|&name| name.into()).collect();
+    formats.sort();
+    formats.dedup();
+    formats
+}
+
 impl From<ActionName> for Action {
     fn from(name: ActionName) -> Self {
         match name {
@@ -616,7 +740,7 @@ impl From<ActionName> for Action {
 mod tests {
     use super::Arguments;
     use clap::{CommandFactory, Parser};
-    use modiste::{BodyChoice, DesignChoice, Dress, Job, Length, Quantity};
+    use modiste::{BodyChoice, Crowd, DesignChoice, Dress, Format, Job, Length, Quantity};
 
     fn job(words: &str) -> Job {
         Arguments::try_parse_from(words.split_whitespace()).unwrap().job().unwrap()
@@ -630,6 +754,7 @@ mod tests {
     #[test]
     fn dress_alone_is_the_default_job() {
         assert_eq!(job("modiste dress"), Job::Dress(Dress::default()));
+        assert_eq!(job("modiste crowd"), Job::Crowd(Crowd::default()));
     }
 
     #[test]
@@ -641,6 +766,8 @@ mod tests {
         let Job::Dress(dress) = job("modiste dress --shape -1.5,0.7 --garments shorts") else { panic!() };
         assert_eq!(dress.body, BodyChoice::Shape(vec![-1.5, 0.7]));
         assert_eq!(dress.garments, ["shorts"]);
+        let Job::Dress(dress) = job("modiste dress --format npz,usd,npz --fit-map") else { panic!() };
+        assert_eq!((dress.formats, dress.fit_map), (vec![Format::Usd, Format::Npz], true));
     }
 
     #[test]

@@ -9,6 +9,7 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use clap::Parser;
+use modiste::Outcome;
 
 use arguments::Arguments;
 use progress::Display;
@@ -16,7 +17,8 @@ use progress::Display;
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     match run(&arguments) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
         Err(error) => {
             eprintln!("error: {error}");
             ExitCode::FAILURE
@@ -24,15 +26,17 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: &Arguments) -> anyhow::Result<()> {
+/// Does the job; tells whether the result is as it should be, which a check may deny.
+fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let job = arguments.job()?;
     let display = Display::new();
     let outcome = modiste::run(&job, &|event| display.show(event))?;
     drop(display);
-    let text = if arguments.json() { serde_json::to_string_pretty(&outcome)? } else { results::text(&outcome) };
+    let text = if arguments.json() { results::json(&outcome)? } else { results::text(&outcome) };
+    let is_good = !matches!(&outcome, Outcome::Checked(checked) if !checked.report.holds);
     match writeln!(std::io::stdout(), "{text}") {
         // A reader such as `head` may have seen enough.
-        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        result => result.context("cannot print the result"),
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(is_good),
+        result => result.map(|()| is_good).context("cannot print the result"),
     }
 }

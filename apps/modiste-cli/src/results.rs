@@ -2,12 +2,58 @@
 
 use std::fmt::Write;
 
-use modiste::{Dressed, EvaluatedGarment, MadePopulation, Outcome, SimulatedGarment};
+use modiste::check::Finding;
+use modiste::{
+    BenchedDress, Checked, Dressed, EvaluatedGarment, MadeCrowd, MadePopulation, Outcome, Region, SimulatedGarment,
+};
+
+/// What a script reads at the end: the outcome under its name; of a benchmark the rows alone.
+pub(crate) fn json(outcome: &Outcome) -> serde_json::Result<String> {
+    match outcome {
+        Outcome::BenchedDress(benched) => serde_json::to_string_pretty(&benched.rows),
+        outcome => serde_json::to_string_pretty(outcome),
+    }
+}
+
+fn bench_text(benched: &BenchedDress) -> String {
+    let mut text = format!(
+        "{}, ms a frame (median)\n{:<18}{:>9}{:>9}{:>8}{:>11}{:>8}{:>8}{:>8}{:>9}",
+        benched.machine.processor,
+        "outfit",
+        "vertices",
+        "threads",
+        "body",
+        "synthesis",
+        "fit",
+        "total",
+        "95 %",
+        "peak MB"
+    );
+    for row in &benched.rows {
+        let _always_ok = write!(
+            text,
+            "\n{:<18}{:>9}{:>9}{:>8.1}{:>11.1}{:>8.1}{:>8.1}{:>8.1}{:>9.0}",
+            row.outfit,
+            row.vertices,
+            row.threads,
+            row.body_ms,
+            row.synthesis_ms,
+            row.fit_ms,
+            row.total_ms_p50,
+            row.total_ms_p95,
+            row.peak_mb
+        );
+    }
+    text
+}
 
 /// What a person reads at the end.
 pub(crate) fn text(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Dressed(dressed) => dressed_text(dressed),
+        Outcome::BenchedDress(benched) => bench_text(benched),
+        Outcome::Checked(checked) => checked_text(checked),
+        Outcome::MadeCrowd(made) => crowd_text(made),
         Outcome::MadeBody(made) => {
             let shape: Vec<String> = made.shape.iter().map(|value| format!("{value:.3}")).collect();
             format!("{}\n\nshape {}\nwrote {}", made.measurements, shape.join(","), made.file.display())
@@ -126,6 +172,72 @@ fn population_text(made: &MadePopulation) -> String {
     text + &files.join("\n")
 }
 
+fn crowd_text(made: &MadeCrowd) -> String {
+    let report = &made.report;
+    let [all, first, second] = report.seconds_per_character;
+    let mut text = format!(
+        "{} people in {:.1} s by {} threads: {all:.2} s each on one ({first:.2} s in the first half, {second:.2} s in the second)",
+        report.characters.len(),
+        report.seconds,
+        report.threads
+    );
+    if let (Some(models), Some(character), Some(peak)) = (report.models_mb, report.character_mb, report.peak_mb) {
+        let _always_ok =
+            write!(text, "\nmemory: {models:.0} MB of models, {character:.1} MB for each person, {peak:.0} MB at most");
+    }
+    for file in made.files.iter().filter(|file| file.extension().is_some()) {
+        let _always_ok = write!(text, "\nwrote {}", file.display());
+    }
+    text
+}
+
+/// One line for each kind of finding.
+fn checked_text(checked: &Checked) -> String {
+    let report = &checked.report;
+    let mut text = format!("{} frames of {}", report.frames, checked.file.display());
+    let mut line = |what: String, unit: &str, finding: &Finding| {
+        let _always_ok = write!(text, "\n{what}: {} {unit}", finding.count);
+        if let Some(frame) = finding.worst_frame {
+            let frames = finding.frame_count();
+            let _always_ok = write!(text, " in {frames} frames, deepest {:.2} mm in frame {frame}", finding.worst_mm);
+        }
+        if !finding.too_deep.is_empty() {
+            let _always_ok = write!(text, "; too deep in frames {}", runs(&finding.too_deep));
+        }
+    };
+    for found in &report.garments {
+        let name = &found.garment;
+        line(format!("{name} inside the body"), "vertices", &found.inside_body);
+        line(format!("{name} pinched between parts of the body"), "vertices", &found.pinched);
+        line(format!("{name} crossing the body"), "pairs of triangles", &found.crossing_body);
+        line(format!("{name} crossing itself"), "pairs of triangles", &found.crossing_itself);
+    }
+    for found in &report.layers {
+        let pair = (&found.outer, &found.inner);
+        line(format!("{} below {}", pair.0, pair.1), "vertices", &found.below);
+        line(format!("{} crossing {}", pair.0, pair.1), "pairs of triangles", &found.crossing);
+    }
+    line("body in itself".to_owned(), "vertices", &report.body_in_itself);
+    let limit = report.limits.crossing_mm;
+    let verdict = if report.holds { "holds" } else { "does not hold" };
+    let _always_ok = write!(
+        text,
+        "\nthe guarantee {verdict}: no vertex inside the body, nothing in the body or in a garment below by more than {limit} mm"
+    );
+    text
+}
+
+/// Runs of frames, the first few of them.
+fn runs(runs: &[[usize; 2]]) -> String {
+    const SHOWN: usize = 12;
+    let name = |[first, last]: &[usize; 2]| if first == last { first.to_string() } else { format!("{first}-{last}") };
+    let mut names: Vec<String> = runs.iter().take(SHOWN).map(name).collect();
+    if runs.len() > SHOWN {
+        names.push("…".to_owned());
+    }
+    names.join(", ")
+}
+
 fn dressed_text(dressed: &Dressed) -> String {
     let report = &dressed.report;
     let mut text = format!("{} frames at {} per second", report.frames, report.fps);
@@ -146,6 +258,21 @@ fn dressed_text(dressed: &Dressed) -> String {
             fit.after.vertices_per_frame,
             fit.before.deepest_mm,
             fit.after.deepest_mm
+        );
+    }
+    for fit in &report.fit_map {
+        let name = |word: String| word.to_lowercase();
+        let _always_ok = write!(
+            text,
+            "\n{} (size {}), {}: {}; {:.0} mm from the body (5% nearer than {:.0}), stretched {:.1}% (5% more than {:.1}%)",
+            fit.garment,
+            fit.size,
+            if fit.region == Region::UpperArm { "upper arm".to_owned() } else { name(format!("{:?}", fit.region)) },
+            name(format!("{:?}", fit.verdict)),
+            fit.ease_mm,
+            fit.ease_5_percent_mm,
+            fit.strain_percent,
+            fit.strain_95_percent
         );
     }
     for file in &dressed.files {

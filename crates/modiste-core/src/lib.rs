@@ -8,7 +8,7 @@
 //! |---|---|
 //! | meshes | [`Topology`], [`Mesh`], [`vertex_normals`], [`volume`], [`mean_curvature`], [`connected_components`], [`boundary_loops`], [`shapes`] |
 //! | deformation gradients (DRAPE eq. 1 and 3) | [`deformation_gradients`], [`GradientReconstruction`] |
-//! | nearest point, ray, inside, crossing | [`TriangleBvh`], [`signed_distance()`], [`closest_point_on_triangle`] |
+//! | nearest point, ray, inside, crossing | [`TriangleBvh`], [`signed_distance()`], [`closest_point_on_triangle`], [`deepest_on_triangle`], [`triangle_separation`] |
 //! | distances along the surface | [`geodesic_distances`] |
 //! | slices and girths | [`slice_by_plane`], [`chain_segments`], [`convex_hull_2d`], [`polygon_perimeter`] |
 //! | rotations | [`rotation_from_vector`], [`vector_from_rotation`], [`nearest_rotation`], [`swing_twist`], [`align_rigid`] |
@@ -38,6 +38,7 @@ mod bvh;
 mod components;
 mod conjugate_gradients;
 mod curvature;
+mod deepest;
 mod deformation;
 mod dense;
 mod error;
@@ -50,6 +51,7 @@ mod quantised;
 pub mod render;
 mod rng;
 mod rotation;
+mod separation;
 pub mod shapes;
 mod signed_distance;
 mod slice;
@@ -62,6 +64,7 @@ pub use bvh::{RayHit, SurfacePoint, TriangleBvh, triangles_cross, winding_number
 pub use components::{boundary_loops, connected_components};
 pub use conjugate_gradients::{BlockSystem, CgReport};
 pub use curvature::mean_curvature;
+pub use deepest::{Sounding, deepest_on_triangle};
 pub use deformation::{GradientReconstruction, deformation_gradients};
 pub use dense::{Matrix, ThinSvd, largest_eigenvalue_magnitude, ridge, solve_spd, symmetric_eigen, thin_svd};
 pub use error::SolveError;
@@ -80,6 +83,7 @@ pub use rotation::{
     align_rigid, angle_between, cross_matrix, mean_rotation, nearest_rotation, polar_decomposition, quat_from_vector,
     rotation_between, rotation_from_vector, swing_twist, vector_from_quat, vector_from_rotation,
 };
+pub use separation::triangle_separation;
 pub use signed_distance::{pseudonormal, signed_distance};
 pub use slice::{SliceLoop, SliceSegment, chain_segments, slice_by_plane};
 pub use sparse_cholesky::SparseCholesky;

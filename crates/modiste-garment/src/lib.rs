@@ -1,8 +1,9 @@
 //! Learned clothing: DRAPE and the fit to the body.
 //!
 //! `drape` learns a garment from simulated examples and makes it for any body shape and motion; `refine` pushes it out of
-//! the body and of the garments below it. No physics runs here.
+//! the body and of the garments below it; `check` judges the result without them. No physics runs here.
 
+pub mod check;
 pub mod drape;
 mod error;
 mod evaluation;

@@ -2,19 +2,15 @@
 
 use std::path::Path;
 
-use crate::npz::ArchiveWriter;
+use crate::animated::{AnimatedMesh, check};
+use crate::npz::{self, ArchiveWriter};
+use crate::pc2::keep;
 use crate::{IoError, write_atomically};
 
-/// A mesh in motion.
-#[derive(Debug, Clone, Copy)]
-pub struct MovingMesh<'a> {
-    /// Name of its array; the faces go to `<name>_faces`.
-    pub name: &'a str,
-    /// Triangles.
-    pub faces: &'a [[u32; 3]],
-    /// Vertices in world (m) in each frame.
-    pub frames: &'a [Vec<[f32; 3]>],
-}
+/// Name of the body among the meshes.
+pub const BODY: &str = "body";
+/// How the names of arrays of faces end.
+const FACES: &str = "_faces";
 
 /// Writes an npz with, for each mesh, `<name>` (F, V, 3) f32 and `<name>_faces` (T, 3) u32, and `fps`.
 ///
@@ -22,54 +18,132 @@ pub struct MovingMesh<'a> {
 ///
 /// # Errors
 /// [`IoError`] naming the mesh: no frames, frames of different sizes, or faces that name absent vertices.
-pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[MovingMesh<'_>]) -> Result<(), IoError> {
+pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[AnimatedMesh<'_>]) -> Result<(), IoError> {
     let path = path.as_ref();
     let file = path.display().to_string();
-    if !(fps.is_finite() && fps > 0.0) {
-        return Err(IoError::field(&file, "fps", "a number above 0", fps));
+    let frame_count = check(fps, meshes, &file)?;
+    if let Some(mesh) = meshes.iter().find(|mesh| mesh.frames.frame_count() != frame_count) {
+        let found = mesh.frames.frame_count();
+        return Err(IoError::field(&file, format!("mesh \"{}\"", mesh.name), format!("{frame_count} frames"), found));
     }
-    let frame_count = meshes.first().map_or(0, |mesh| mesh.frames.len());
-    for mesh in meshes {
-        check(mesh, frame_count, &file)?;
-    }
-    write_atomically(path, |file| {
+    let mut unread = None;
+    let written = write_atomically(path, |file| {
         let mut archive = ArchiveWriter::new(file);
         for mesh in meshes {
-            let vertex_count = mesh.frames.first().map_or(0, Vec::len);
-            let frames = mesh.frames.iter().map(|frame| frame.as_flattened());
-            archive.add(mesh.name, &[mesh.frames.len(), vertex_count, 3], frames)?;
-            archive.add(&format!("{}_faces", mesh.name), &[mesh.faces.len(), 3], [mesh.faces.as_flattened()])?;
+            let mut array = archive.start::<f32>(mesh.name, &[frame_count, mesh.vertex_count(), 3])?;
+            let mut vertices = Vec::new();
+            for frame in 0..frame_count {
+                keep(&mut unread, mesh.frames.read(frame, &mut vertices))?;
+                array.push(vertices.as_flattened())?;
+            }
+            array.finish()?;
+            archive.add(&format!("{}{FACES}", mesh.name), &[mesh.faces.len(), 3], [mesh.faces.as_flattened()])?;
         }
         archive.add("fps", &[], [&[fps][..]])?;
         archive.finish()
-    })
+    });
+    unread.map_or(written, Err)
 }
 
-fn check(mesh: &MovingMesh<'_>, frame_count: usize, file: &str) -> Result<(), IoError> {
-    let wrong =
-        |wanted: String, found: String| Err(IoError::field(file, format!("mesh \"{}\"", mesh.name), wanted, found));
-    if mesh.frames.is_empty() || mesh.frames.len() != frame_count {
-        return wrong(format!("{} frames", frame_count.max(1)), mesh.frames.len().to_string());
+/// What a dressed result holds, without its frames.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contents {
+    /// Frames per second.
+    pub fps: f64,
+    /// Number of frames.
+    pub frame_count: usize,
+    /// The meshes in the order of the file.
+    pub meshes: Vec<Surface>,
+}
+
+/// A mesh of a dressed result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// Name of its array.
+    pub name: String,
+    /// Number of vertices.
+    pub vertex_count: usize,
+    /// Triangles.
+    pub faces: Vec<[u32; 3]>,
+}
+
+/// Reads what a result holds; every array (F, V, 3) with `<name>_faces` beside it is a mesh.
+///
+/// # Errors
+/// [`IoError`] naming the array that is missing or of another shape.
+pub fn read_contents(path: impl AsRef<Path>) -> Result<Contents, IoError> {
+    let file = path.as_ref().display().to_string();
+    let reader = npz::Reader::open(path)?;
+    let names = reader.names_in_order().iter().filter(|name| reader.contains(&format!("{name}{FACES}")));
+    let mut contents = Contents { fps: reader.scalar("fps")?, frame_count: 0, meshes: Vec::new() };
+    if !(contents.fps.is_finite() && contents.fps > 0.0) {
+        return Err(IoError::field(&file, "array \"fps\"", "a number above 0", contents.fps));
     }
-    let vertex_count = mesh.frames[0].len();
-    for (index, frame) in mesh.frames.iter().enumerate() {
-        if frame.len() != vertex_count {
-            return wrong(format!("{vertex_count} vertices in frame {index}"), frame.len().to_string());
-        }
-        if let Some(at) = frame.iter().position(|vertex| vertex.iter().any(|x| !x.is_finite())) {
-            return wrong("finite vertices".to_owned(), format!("{:?} at vertex {at} of frame {index}", frame[at]));
-        }
+    for name in names {
+        let shape = reader.shape(name)?;
+        let frames = (!contents.meshes.is_empty()).then_some(contents.frame_count);
+        reader.check_shape(name, &shape, &[frames, None, Some(3)])?;
+        let faces = reader.triangles(&format!("{name}{FACES}"))?;
+        contents.frame_count = shape[0];
+        contents.meshes.push(Surface { name: name.clone(), vertex_count: shape[1], faces });
     }
-    match mesh.faces.as_flattened().iter().find(|&&vertex| vertex as usize >= vertex_count) {
-        Some(vertex) => wrong(format!("faces of {vertex_count} vertices"), format!("vertex {vertex}")),
-        None => Ok(()),
+    if !contents.meshes.iter().any(|mesh| mesh.name == BODY) {
+        let found = contents.meshes.iter().map(|mesh| mesh.name.as_str()).collect::<Vec<_>>().join(", ");
+        let found = if found.is_empty() { "no meshes".to_owned() } else { format!("only {found}") };
+        return Err(IoError::field(&file, "the meshes", "one called \"body\"", found));
     }
+    Ok(contents)
+}
+
+/// Calls `visit` with frame after frame: the vertices (m) of every mesh of `contents`, in their order. One frame is held.
+///
+/// # Errors
+/// [`IoError`] when an array is truncated or not finite; else that of `visit`, which ends the reading.
+pub fn for_each_frame<E: From<IoError>>(
+    path: impl AsRef<Path>,
+    contents: &Contents,
+    mut visit: impl FnMut(usize, &[&[[f32; 3]]]) -> Result<(), E>,
+) -> Result<(), E> {
+    let names: Vec<&str> = contents.meshes.iter().map(|mesh| mesh.name.as_str()).collect();
+    npz::for_each_row(path, &names, |frame, rows| {
+        let meshes: Vec<&[[f32; 3]]> = rows.iter().map(|row| row.as_chunks().0).collect();
+        visit(frame, &meshes)
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{MovingMesh, write};
+    use super::write;
+    use crate::animated::AnimatedMesh;
     use crate::npz::Reader;
+
+    #[test]
+    fn results_that_cannot_be_read_say_why() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("bad.npz");
+        let refused = |fill: &dyn Fn(&mut crate::npz::Writer<'_>)| {
+            let mut writer = crate::npz::Writer::new();
+            fill(&mut writer);
+            writer.save(&path).unwrap();
+            super::read_contents(&path).unwrap_err().to_string()
+        };
+        assert!(refused(&|_| {}).contains("array \"fps\""));
+        let fps = |writer: &mut crate::npz::Writer<'_>| {
+            writer.add_f64("fps", &[], vec![30.0]);
+        };
+        assert!(refused(&fps).contains("wanted one called \"body\", found no meshes"));
+        let flat = refused(&|writer| {
+            fps(writer);
+            writer.add_f32("body", &[2, 3], vec![0.0; 6]).add_u32("body_faces", &[1, 3], vec![0, 1, 1]);
+        });
+        assert!(flat.contains("array \"body\": wanted shape [any, any, 3], found shape [2, 3]"), "{flat}");
+        let uneven = refused(&|writer| {
+            fps(writer);
+            writer.add_f32("body", &[2, 1, 3], vec![0.0; 6]).add_u32("body_faces", &[0, 3], vec![]);
+            writer.add_f32("shirt", &[1, 1, 3], vec![0.0; 3]).add_u32("shirt_faces", &[0, 3], vec![]);
+        });
+        assert!(uneven.contains("array \"shirt\": wanted shape [2, any, 3]"), "{uneven}");
+    }
 
     #[test]
     fn arrays_have_the_agreed_names_and_shapes() {
@@ -78,7 +152,16 @@ mod tests {
         let faces = [[0, 1, 2]];
         let body: Vec<Vec<[f32; 3]>> = (0..4).map(|frame| vec![[frame as f32, 0.0, 0.5]; 3]).collect();
         let shirt: Vec<Vec<[f32; 3]>> = vec![vec![[1.0; 3]; 5]; 4];
-        let mesh = |name, frames| MovingMesh { name, faces: &faces, frames };
+        let mesh = |name, frames| AnimatedMesh {
+            name,
+            faces: &faces,
+            frames,
+            uv: None,
+            vertex_colours: None,
+            colour: [1.0; 4],
+            roughness: 1.0,
+            double_sided: false,
+        };
         write(&path, 30.0, &[mesh("body", &body), mesh("tshirt", &shirt)]).unwrap();
         let reader = Reader::open(&path).unwrap();
         assert_eq!(reader.names(), ["body", "body_faces", "fps", "tshirt", "tshirt_faces"]);
@@ -89,12 +172,31 @@ mod tests {
         assert_eq!(reader.triangles("tshirt_faces").unwrap(), faces);
         assert!((reader.scalar("fps").unwrap() - 30.0).abs() < 1e-12);
 
-        let message = |meshes: &[MovingMesh<'_>], fps| write(&path, fps, meshes).unwrap_err().to_string();
-        assert!(
-            message(&[mesh("body", &body), mesh("tshirt", &shirt[..2])], 30.0)
-                .contains("mesh \"tshirt\": wanted 4 frames, found 2")
+        let contents = super::read_contents(&path).unwrap();
+        assert_eq!((contents.frame_count, contents.meshes.len()), (4, 2));
+        assert_eq!(
+            contents.meshes[1],
+            super::Surface { name: "tshirt".into(), vertex_count: 5, faces: faces.to_vec() }
         );
-        let (few, nan) = ([vec![[0.0; 3]; 2]], [vec![[f32::NAN; 3]; 3]]);
+        let mut seen = Vec::new();
+        super::for_each_frame(&path, &contents, |frame, meshes| {
+            seen.push((frame, meshes[0][2], meshes[1].len()));
+            Ok::<(), crate::IoError>(())
+        })
+        .unwrap();
+        assert_eq!(seen[3], (3, [3.0, 0.0, 0.5], 5));
+
+        let (one, two) = (vec![shirt[0].clone()], vec![shirt[0].clone(); 2]);
+        let message = |meshes: &[AnimatedMesh<'_>], fps| write(&path, fps, meshes).unwrap_err().to_string();
+        assert!(
+            message(&[mesh("body", &body), mesh("tshirt", &two)], 30.0)
+                .contains("mesh \"tshirt\": wanted 4 frames, or 1, found 2")
+        );
+        assert!(
+            message(&[mesh("body", &body), mesh("tshirt", &one)], 30.0)
+                .contains("mesh \"tshirt\": wanted 4 frames, found 1")
+        );
+        let (few, nan) = (vec![vec![[0.0; 3]; 2]], vec![vec![[f32::NAN; 3]; 3]]);
         assert!(message(&[mesh("body", &few)], 30.0).contains("faces of 2 vertices, found vertex 2"));
         assert!(message(&[mesh("body", &nan)], 30.0).contains("finite"));
         assert!(message(&[mesh("body", &body)], 0.0).contains("fps"));

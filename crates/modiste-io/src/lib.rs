@@ -4,6 +4,7 @@
 //! whatever their name. Bad input of any kind is an [`IoError`] that names the file, the place in it, what was wanted
 //! and what was found. Every writer writes beside the file and renames, so nothing half-written is left behind.
 
+pub mod animated;
 pub mod ansur;
 pub mod bvh;
 pub mod dressed;
@@ -28,12 +29,13 @@ pub mod sequence;
 mod staged;
 pub mod table;
 mod text;
+pub mod usd;
 
 pub use bvh::{BvhClip, BvhJoint, Channel};
 pub use error::IoError;
 pub use file::{
     FileWriter, check_writable, create_folder, exists, file_size, list_folder, read_bytes, read_text, remove_file,
-    unpacked, write_atomically, write_bytes,
+    unpacked, write_atomically, write_bytes, write_in_place,
 };
 pub use hash::hash;
 pub use staged::StagedFolder;

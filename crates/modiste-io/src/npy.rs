@@ -1,9 +1,12 @@
 //! One array in numpy's `.npy` layout: magic, version, a Python dictionary as header, then the elements.
 
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 
 use crate::IoError;
 use crate::error::quote;
+
+/// Longest header that is read piece by piece (bytes); a damaged length must not fill memory.
+const LONGEST_HEADER: usize = 1 << 16;
 
 /// The element kinds that we read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,6 +33,30 @@ impl Kind {
             Self::Float(size) | Self::Signed(size) | Self::Unsigned(size) => size,
         }
     }
+}
+
+/// Reads the header of an `.npy`, up to the first element.
+pub(crate) fn read_header(reader: &mut impl Read, file: &str, name: &str) -> Result<Header, IoError> {
+    let bad = |wanted: &str, found: String| IoError::field(file, format!("array \"{name}\""), wanted, found);
+    let mut exactly = |count: usize| {
+        let mut bytes = vec![0; count];
+        let read = reader.read_exact(&mut bytes);
+        read.map(|()| bytes).map_err(|error| bad("a whole npy header", error.to_string()))
+    };
+    let start = exactly(8)?;
+    if !start.starts_with(b"\x93NUMPY") {
+        return Err(bad("numpy's npy layout", "other bytes".to_owned()));
+    }
+    let length = match start[6] {
+        1 => exactly(2)?.iter().rev().fold(0, |length, &byte| length << 8 | usize::from(byte)),
+        2 | 3 => exactly(4)?.iter().rev().fold(0, |length, &byte| length << 8 | usize::from(byte)),
+        other => return Err(bad("npy version 1, 2 or 3", format!("version {other}"))),
+    };
+    if length > LONGEST_HEADER {
+        return Err(bad("a header of a few hundred bytes", format!("{length} bytes")));
+    }
+    let text = String::from_utf8(exactly(length)?).map_err(|error| bad("a header in UTF-8", error.to_string()))?;
+    parse_header(&text).map_err(|(wanted, found)| bad(wanted, found))
 }
 
 /// Splits an `.npy` into its header and the bytes of its elements, whose number is checked against the shape.

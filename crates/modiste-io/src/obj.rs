@@ -5,6 +5,7 @@ use std::path::Path;
 
 use modiste_core::Vec3;
 
+use crate::animated::{AnimatedMesh, normals};
 use crate::text::{Line, lines, lossy};
 use crate::{IoError, read_bytes, write_atomically};
 
@@ -134,6 +135,59 @@ pub fn write(path: impl AsRef<Path>, vertices: &[Vec3], faces: &[[u32; 3]]) -> R
     })
 }
 
+/// Writes one frame of a mesh with normals, its texture coordinates and the name of its material, which is in the file
+/// `library` ([`write_materials`]) beside it.
+///
+/// # Errors
+/// [`IoError`] naming the file.
+pub fn write_frame(
+    path: impl AsRef<Path>,
+    mesh: &AnimatedMesh<'_>,
+    vertices: &[[f32; 3]],
+    library: &str,
+) -> Result<(), IoError> {
+    write_atomically(path, |file| {
+        writeln!(file, "mtllib {library}\no {0}\nusemtl {0}", mesh.name)?;
+        for [x, y, z] in vertices {
+            writeln!(file, "v {x} {y} {z}")?;
+        }
+        for [u, v] in mesh.uv.unwrap_or_default().as_flattened() {
+            writeln!(file, "vt {u} {v}")?;
+        }
+        for [x, y, z] in normals(mesh.faces, vertices) {
+            writeln!(file, "vn {x:.4} {y:.4} {z:.4}")?;
+        }
+        for (index, face) in mesh.faces.iter().enumerate() {
+            file.write_all(b"f")?;
+            for (corner, vertex) in face.iter().enumerate() {
+                let vertex = vertex + 1;
+                if mesh.uv.is_some() {
+                    write!(file, " {vertex}/{}/{vertex}", 3 * index + corner + 1)?;
+                } else {
+                    write!(file, " {vertex}//{vertex}")?;
+                }
+            }
+            file.write_all(b"\n")?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes the materials of some meshes as an MTL file, named like them.
+///
+/// # Errors
+/// [`IoError`] naming the file.
+pub fn write_materials(path: impl AsRef<Path>, meshes: &[AnimatedMesh<'_>]) -> Result<(), IoError> {
+    write_atomically(path, |file| {
+        for mesh in meshes {
+            let [red, green, blue, opacity] = mesh.colour;
+            writeln!(file, "newmtl {}\nKd {red} {green} {blue}\nKs 0 0 0\nd {opacity}", mesh.name)?;
+            writeln!(file, "Pr {}\nillum 1\n", mesh.roughness)?;
+        }
+        Ok(())
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::{parse, read, write};
@@ -173,6 +227,31 @@ mod tests {
         let vertices = vec![Vec3::new(0.1, -1.0 / 3.0, 1e-17), Vec3::X, Vec3::Y];
         write(&path, &vertices, &[[0, 1, 2]]).unwrap();
         assert_eq!(read(&path).unwrap(), (vertices, vec![[0, 1, 2]]));
+    }
+
+    #[test]
+    fn a_frame_has_normals_texture_coordinates_and_a_material() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("m.obj");
+        let frames = vec![vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]];
+        let uv = [[[0.0, 0.25], [1.0, 0.0], [0.0, 1.0]]];
+        let mesh = crate::animated::AnimatedMesh {
+            name: "shirt",
+            faces: &[[0, 1, 2]],
+            frames: &frames,
+            uv: Some(&uv),
+            vertex_colours: None,
+            colour: [0.5, 0.25, 1.0, 1.0],
+            roughness: 0.9,
+            double_sided: true,
+        };
+        super::write_frame(&path, &mesh, &frames[0], "m.mtl").unwrap();
+        super::write_materials(folder.path().join("m.mtl"), &[mesh]).unwrap();
+        let text = crate::read_text(&path).unwrap();
+        assert!(text.contains("mtllib m.mtl\no shirt\nusemtl shirt\n") && text.contains("\nf 1/1/1 2/2/2 3/3/3\n"));
+        assert!(text.contains("vn 0.0000 0.0000 1.0000") && text.contains("vt 0 0.25"), "{text}");
+        assert!(crate::read_text(folder.path().join("m.mtl")).unwrap().contains("newmtl shirt\nKd 0.5 0.25 1\n"));
+        assert_eq!(read(&path).unwrap().1, [[0, 1, 2]]);
     }
 
     #[test]

@@ -1,11 +1,13 @@
-//! PC2 point caches, as Blender, 3ds Max and Marvelous Designer write them: the vertices of one mesh, sample after sample.
+//! Point caches (`.pc2`): the vertices of a mesh in every frame, as Blender's Mesh Cache modifier, 3ds Max and Marvelous
+//! Designer read and write them.
 //!
-//! A header of 32 bytes (the letters `POINTCACHE2` and a zero, version 1, number of points, first frame, frames from one
-//! sample to the next, number of samples), then three `f32` a point, little-endian. There are no faces in it.
+//! A header of 32 bytes ("POINTCACHE2\0", version 1, number of points, first frame, frames from one sample to the next, number of
+//! samples), then three `f32` a point, sample after sample, little-endian. There are no faces in it.
 
 use std::io::Write;
 use std::path::Path;
 
+use crate::animated::{AnimatedMesh, check};
 use crate::{IoError, read_bytes, write_atomically};
 
 const MAGIC: &[u8; 12] = b"POINTCACHE2\0";
@@ -79,58 +81,99 @@ pub fn parse(bytes: &[u8], name: &str) -> Result<PointCache, IoError> {
     Ok(PointCache { point_count, points })
 }
 
-/// Writes a point cache whose first sample is that of frame 0, one sample a frame.
+/// Writes the frames of a mesh: metres, Y up, in the order of the mesh's vertices.
 ///
 /// # Errors
-/// [`IoError`] naming the file: no points, or more than the format counts.
-pub fn write(path: impl AsRef<Path>, cache: &PointCache) -> Result<(), IoError> {
+/// [`IoError`] naming the mesh and what is wrong with it, or the file.
+pub fn write(path: impl AsRef<Path>, mesh: &AnimatedMesh<'_>) -> Result<(), IoError> {
     let path = path.as_ref();
-    let count = |what: &str, count: usize| match i32::try_from(count) {
-        Ok(count) if count > 0 => Ok(count),
-        _ => Err(IoError::field(&path.display().to_string(), what, "1 to 2147483647", count)),
-    };
-    let (points, samples) =
-        (count("number of points", cache.point_count)?, count("number of samples", cache.sample_count())?);
-    write_atomically(path, |file| {
+    let frame_count = check(30.0, std::slice::from_ref(mesh), &path.display().to_string())?;
+    let mut unread = None;
+    let written = write_atomically(path, |file| {
         file.write_all(MAGIC)?;
-        for word in [1i32.to_le_bytes(), points.to_le_bytes(), 0f32.to_le_bytes(), 1f32.to_le_bytes()] {
-            file.write_all(&word)?;
+        file.write_all(&1i32.to_le_bytes())?;
+        file.write_all(&(mesh.vertex_count() as i32).to_le_bytes())?;
+        file.write_all(&0.0f32.to_le_bytes())?;
+        file.write_all(&1.0f32.to_le_bytes())?;
+        file.write_all(&(frame_count as i32).to_le_bytes())?;
+        let mut vertices = Vec::new();
+        for frame in 0..frame_count {
+            keep(&mut unread, mesh.frames.read(frame, &mut vertices))?;
+            file.write_all(bytemuck::cast_slice(&vertices))?;
         }
-        file.write_all(&samples.to_le_bytes())?;
-        cache.points.as_flattened().iter().try_for_each(|x| file.write_all(&x.to_le_bytes()))
+        Ok(())
+    });
+    unread.map_or(written, Err)
+}
+
+/// Lets an error of reading through [`write_atomically`], which knows only those of writing.
+pub(crate) fn keep<T>(unread: &mut Option<IoError>, read: Result<T, IoError>) -> std::io::Result<T> {
+    read.map_err(|error| {
+        let stop = std::io::Error::other(error.to_string());
+        *unread = Some(error);
+        stop
     })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{PointCache, parse, read, write};
+    use super::{parse, read, write};
+    use crate::animated::AnimatedMesh;
 
-    fn some_cache() -> PointCache {
-        let points = (0..12i16).map(|i| [f32::from(i), 0.5, -1.0 / f32::from(i + 1)]).collect();
-        PointCache { point_count: 4, points }
+    type Frames = Vec<Vec<[f32; 3]>>;
+
+    fn frames() -> Frames {
+        (0..4).map(|frame| vec![[frame as f32, 0.5, -2.0]; 3]).collect()
+    }
+
+    fn mesh(frames: &Frames) -> AnimatedMesh<'_> {
+        AnimatedMesh {
+            name: "a",
+            faces: &[[0, 1, 2]],
+            frames,
+            uv: None,
+            vertex_colours: None,
+            colour: [1.0; 4],
+            roughness: 1.0,
+            double_sided: false,
+        }
     }
 
     fn bytes() -> Vec<u8> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.pc2");
-        write(&path, &some_cache()).unwrap();
+        write(&path, &mesh(&frames())).unwrap();
         crate::read_bytes(path).unwrap()
     }
 
     #[test]
-    fn a_cache_is_read_back_exactly() {
+    fn what_was_written_is_read_back() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.pc2");
-        write(&path, &some_cache()).unwrap();
-        let again = read(&path).unwrap();
-        assert_eq!(again, some_cache());
-        assert_eq!((again.sample_count(), again.sample(2)), (3, &some_cache().points[8..]));
-        assert!(again.sample(3).is_empty());
-        // The layout: 12 letters, version, points, start, rate, samples.
-        let bytes = bytes();
-        assert_eq!(bytes.len(), 32 + 12 * 12);
-        assert_eq!((&bytes[..12], bytes[12], bytes[16], bytes[28]), (&b"POINTCACHE2\0"[..], 1, 4, 3));
-        assert!(write(&path, &PointCache { point_count: 0, points: Vec::new() }).is_err());
+        write(&path, &mesh(&frames())).unwrap();
+        let cache = read(&path).unwrap();
+        assert_eq!((cache.point_count, cache.sample_count()), (3, 4));
+        assert_eq!(cache.points, frames().concat());
+        assert_eq!(cache.sample(2), &frames()[2][..]);
+        assert!(cache.sample(4).is_empty());
+    }
+
+    #[test]
+    fn the_layout_is_that_of_the_format() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.pc2");
+        let frames = frames();
+        let mut mesh = mesh(&frames);
+        write(&path, &mesh).unwrap();
+        let bytes = crate::read_bytes(&path).unwrap();
+        assert_eq!(bytes.len(), 32 + 4 * 3 * 12);
+        assert_eq!(&bytes[..12], b"POINTCACHE2\0");
+        let word = |at: usize| i32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        assert_eq!([12, 16, 28].map(word), [1, 3, 4]);
+        let float = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+        assert_eq!([20, 24, 32 + 36, 32 + 36 + 8].map(float), [0.0f32, 1.0, 1.0, -2.0].map(f32::to_bits));
+        mesh.faces = &[[0, 1, 5]];
+        assert!(write(&path, &mesh).unwrap_err().to_string().contains("vertex 5"));
     }
 
     #[test]
@@ -146,10 +189,10 @@ mod tests {
         assert!(changed(12, 2).contains("version: wanted 1, found 2"));
         assert!(changed(16, 0).contains("number of points: wanted 1 or more, found 0"));
         assert!(changed(19, 0xff).contains("number of points"));
-        assert!(changed(28, 9).contains("9 samples of 4 points"));
+        assert!(changed(28, 9).contains("9 samples of 3 points"));
         assert!(message(&bytes()[..100]).contains("found 68 bytes"));
         let mut nan = bytes();
-        nan[32 + 12 * 5..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
+        nan[32 + 12 * 4..][..4].copy_from_slice(&f32::NAN.to_le_bytes());
         assert!(message(&nan).contains("point 1 of sample 1: wanted finite"), "{}", message(&nan));
     }
 

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use modiste_core::Vec3;
 
+use crate::animated::normals;
 use crate::error::quote;
 use crate::{IoError, read_bytes, write_atomically};
 
@@ -105,6 +106,31 @@ pub fn write(path: impl AsRef<Path>, vertices: &[Vec3], faces: &[[u32; 3]]) -> R
         )?;
         for vertex in vertices {
             vertex.to_array().iter().try_for_each(|x| file.write_all(&x.to_le_bytes()))?;
+        }
+        for face in faces {
+            file.write_all(&[3])?;
+            face.iter().try_for_each(|vertex| file.write_all(&vertex.to_le_bytes()))?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes one frame of a mesh with normals, binary little-endian, all as floats.
+///
+/// # Errors
+/// [`IoError`] naming the file.
+pub fn write_frame(path: impl AsRef<Path>, faces: &[[u32; 3]], vertices: &[[f32; 3]]) -> Result<(), IoError> {
+    write_atomically(path, |file| {
+        write!(
+            file,
+            "ply\nformat binary_little_endian 1.0\nelement vertex {}\nproperty float x\nproperty float y\n\
+             property float z\nproperty float nx\nproperty float ny\nproperty float nz\nelement face {}\n\
+             property list uchar uint vertex_indices\nend_header\n",
+            vertices.len(),
+            faces.len()
+        )?;
+        for (vertex, normal) in vertices.iter().zip(normals(faces, vertices)) {
+            file.write_all(bytemuck::cast_slice(&[*vertex, normal]))?;
         }
         for face in faces {
             file.write_all(&[3])?;
@@ -257,6 +283,12 @@ mod tests {
         write(&path, &vertices, &[[2, 0, 1]]).unwrap();
         assert_eq!(read(&path).unwrap(), (vertices, vec![[2, 0, 1]]));
         survives_damage(&crate::read_bytes(&path).unwrap(), |bytes| drop(parse(bytes, "damaged.ply")));
+        let frame = [[0.0, 0.5, 1.0], [1.0, 0.5, 1.0], [0.0, 0.5, 0.0]];
+        super::write_frame(&path, &[[0, 1, 2]], &frame).unwrap();
+        assert_eq!(read(&path).unwrap().0[1], Vec3::new(1.0, 0.5, 1.0));
+        let bytes = crate::read_bytes(&path).unwrap();
+        let normal = f32::from_le_bytes(bytes[bytes.len() - 13 - 8..][..4].try_into().unwrap());
+        assert!((normal - 1.0).abs() < 1e-6, "the normal of the last vertex is up, not {normal}");
         let mut big = b"ply\nformat binary_big_endian 1.0\nelement vertex 1\nproperty short x\nproperty float y\nproperty double z\nend_header\n".to_vec();
         big.extend((-3i16).to_be_bytes());
         big.extend(1.5f32.to_be_bytes());

@@ -274,9 +274,9 @@ impl MeshSequence {
 #[cfg(test)]
 mod tests {
     use super::{SequenceFiles, gather};
+    use crate::animated::AnimatedMesh;
     use crate::npz::Writer;
-    use crate::pc2::{self, PointCache};
-    use crate::{obj, write_bytes};
+    use crate::{obj, pc2, write_bytes};
     use modiste_core::Vec3;
     use std::path::{Path, PathBuf};
 
@@ -337,7 +337,18 @@ mod tests {
             .add_f32("fps", &[], vec![24.0])
             .save(path("npz/a.npz"))
             .unwrap();
-        pc2::write(path("pc2/a.pc2"), &PointCache { point_count: 3, points: points() }).unwrap();
+        let single: Vec<Vec<[f32; 3]>> = points().chunks(3).map(<[_]>::to_vec).collect();
+        let mesh = AnimatedMesh {
+            name: "a",
+            faces: &FACES,
+            frames: &single,
+            uv: None,
+            vertex_colours: None,
+            colour: [1.0; 4],
+            roughness: 1.0,
+            double_sided: false,
+        };
+        pc2::write(path("pc2/a.pc2"), &mesh).unwrap();
         for (index, frame) in frames().iter().enumerate() {
             obj::write(path(&format!("obj/a_{index}.obj")), frame, &FACES).unwrap();
         }

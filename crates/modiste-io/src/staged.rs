@@ -68,7 +68,7 @@ impl StagedFolder {
         }
     }
 
-    /// Moves everything to the target. Files of the same name there are replaced, others stay.
+    /// Moves everything to the target. Files of the same name there are replaced, others stay, in folders below it too.
     ///
     /// # Errors
     /// [`IoError::File`] with the path and the reason.
@@ -76,11 +76,7 @@ impl StagedFolder {
         let Self { target, parent, staging } = self;
         let failed = |source| IoError::file("write the folder", &target, source);
         if target.is_dir() {
-            for entry in list_folder(staging.path())? {
-                if let Some(name) = entry.file_name() {
-                    fs::rename(&entry, target.join(name)).map_err(failed)?;
-                }
-            }
+            merge(staging.path(), &target)?;
             staging.close().map_err(failed)?;
         } else {
             create_folder(&parent)?;
@@ -89,6 +85,20 @@ impl StagedFolder {
         }
         Ok(target)
     }
+}
+
+/// Moves the entries of a folder into another.
+fn merge(from: &Path, to: &Path) -> Result<(), IoError> {
+    for entry in list_folder(from)? {
+        let Some(name) = entry.file_name() else { continue };
+        let place = to.join(name);
+        if entry.is_dir() && place.is_dir() {
+            merge(&entry, &place)?;
+        } else {
+            fs::rename(&entry, &place).map_err(|source| IoError::file("write", &place, source))?;
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -109,7 +119,11 @@ mod tests {
         write_bytes(target.join("other"), b"kept").unwrap();
         let again = StagedFolder::new(&target).unwrap();
         write_bytes(again.path().join("a"), b"2").unwrap();
+        write_bytes(target.join("below/old"), b"kept").unwrap();
+        write_bytes(again.path().join("below/new"), b"3").unwrap();
         again.commit().unwrap();
+        assert_eq!(read_bytes(target.join("below/old")).unwrap(), b"kept");
+        assert_eq!(read_bytes(target.join("below/new")).unwrap(), b"3");
         assert_eq!(read_bytes(target.join("a")).unwrap(), b"2");
         assert_eq!(read_bytes(target.join("other")).unwrap(), b"kept");
         assert_eq!(list_folder(root.path().join("deep")).unwrap(), [target]);

@@ -1,8 +1,11 @@
 //! A dressed person in motion: every vertex of every frame, with what it cost and how well it fits.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use modiste_core::{Topology, Vec3};
+use modiste_io::IoError;
+use modiste_io::animated::{FrameSource, SpoolWriter};
 use serde::{Deserialize, Serialize};
 
 use crate::Timing;
@@ -14,10 +17,12 @@ pub struct Track {
     pub name: String,
     /// The faces, the same in every frame.
     pub topology: Arc<Topology>,
-    /// Vertices in world (m) of every frame.
-    pub frames: Vec<Vec<[f32; 3]>>,
+    /// Vertices in world (m) of every frame, in memory or on disk.
+    pub frames: Arc<dyn FrameSource>,
     /// Colour in pictures and scene files (sRGB, 0–1).
     pub colour: [f32; 3],
+    /// Texture coordinates of the corners of each face, from the pattern; empty where there is none.
+    pub uv: Vec<[[f32; 2]; 3]>,
 }
 
 /// A dressed person in motion.
@@ -73,8 +78,13 @@ impl Penetration {
 
 impl Track {
     /// The vertices of one frame in double precision.
-    pub fn points(&self, frame: usize) -> Vec<Vec3> {
-        self.frames[frame].iter().map(|point| Vec3::from_array(point.map(f64::from))).collect()
+    ///
+    /// # Errors
+    /// Frames on disk that cannot be read.
+    pub fn points(&self, frame: usize) -> Result<Vec<Vec3>, IoError> {
+        let mut points = Vec::new();
+        self.frames.read(frame, &mut points)?;
+        Ok(points.iter().map(|point| Vec3::from_array(point.map(f64::from))).collect())
     }
 }
 
@@ -82,6 +92,39 @@ impl Animation {
     /// Number of frames.
     pub fn frame_count(&self) -> usize {
         self.headings.len()
+    }
+}
+
+/// Where frames are kept as they are made.
+pub(crate) enum Store {
+    Memory(Vec<Vec<[f32; 3]>>),
+    Disk(SpoolWriter),
+}
+
+impl Store {
+    /// On disk in `folder` if there is one, for a mesh of so many vertices.
+    pub(crate) fn new(folder: Option<&Path>, vertex_count: usize) -> Result<Self, IoError> {
+        Ok(match folder {
+            Some(folder) => Self::Disk(SpoolWriter::new(folder, vertex_count)?),
+            None => Self::Memory(Vec::new()),
+        })
+    }
+
+    pub(crate) fn push(&mut self, points: &[Vec3]) -> Result<(), IoError> {
+        match self {
+            Self::Memory(frames) => {
+                frames.push(stored(points));
+                Ok(())
+            }
+            Self::Disk(spool) => spool.push(&stored(points)),
+        }
+    }
+
+    pub(crate) fn finish(self) -> Result<Arc<dyn FrameSource>, IoError> {
+        Ok(match self {
+            Self::Memory(frames) => Arc::new(frames),
+            Self::Disk(spool) => Arc::new(spool.finish()?),
+        })
     }
 }
 

@@ -1,5 +1,6 @@
 //! Why a person cannot be animated or exported.
 
+use modiste_body::BodyError;
 use modiste_garment::GarmentError;
 use modiste_io::IoError;
 
@@ -12,6 +13,17 @@ pub enum SceneError {
     /// A garment cannot be worn.
     #[error(transparent)]
     Garment(#[from] GarmentError),
+    /// The body cannot be measured.
+    #[error(transparent)]
+    Body(#[from] BodyError),
+    /// The fit of a garment cannot be mapped, because its pattern is not known.
+    #[error("the fit of {garment} cannot be mapped against its pattern: {reason}")]
+    NoPattern {
+        /// The garment.
+        garment: String,
+        /// Why not.
+        reason: String,
+    },
     /// The motion has no frames.
     #[error("the motion has no frames")]
     NoFrames,

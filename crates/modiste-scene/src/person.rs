@@ -1,17 +1,16 @@
 //! A body with its garments.
 
+use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
 
 use modiste_body::{Body, Motion, Part, Pose};
-use modiste_core::{Progress, TriangleBvh, Vec3};
+use modiste_core::{Progress, Topology, TriangleBvh, Vec3};
+use modiste_garment::DrapeModel;
 use modiste_garment::refine::penetration::measure_with;
 use modiste_garment::refine::{FitOptions, Penetration as FramePenetration};
-use modiste_garment::{DrapeModel, FrameReport, LayerReport, Outfit};
 
-use crate::animation::{GarmentFit, Penetration, Track, stored};
-use crate::timing::timed;
-use crate::{Animation, SceneError, Stage, Timing};
+use crate::animation::{GarmentFit, Penetration, Store, Track};
+use crate::{Animation, Dresser, SceneError, Timing};
 
 /// Colour of the body in pictures (sRGB).
 const SKIN: [f32; 3] = [0.80, 0.63, 0.54];
@@ -66,7 +65,7 @@ impl Person {
         self.garments.first().map_or(30.0, |model| model.fps())
     }
 
-    /// Lets the person move, dressed.
+    /// Lets the person move, dressed; all frames are held in memory.
     ///
     /// # Errors
     /// A motion without frames or at another rate than [`Self::fps`], or a garment that does not go with the body.
@@ -76,6 +75,30 @@ impl Person {
         options: &FitOptions,
         progress: &dyn Progress,
     ) -> Result<Animation, SceneError> {
+        self.perform(motion, options, None, progress)
+    }
+
+    /// [`Self::animate`] with the frames on disk, in files without a name in `folder`: one frame is held in memory.
+    ///
+    /// # Errors
+    /// As [`Self::animate`], or a folder that cannot be written.
+    pub fn animate_on_disk(
+        &self,
+        motion: &Motion,
+        options: &FitOptions,
+        folder: &Path,
+        progress: &dyn Progress,
+    ) -> Result<Animation, SceneError> {
+        self.perform(motion, options, Some(folder), progress)
+    }
+
+    fn perform(
+        &self,
+        motion: &Motion,
+        options: &FitOptions,
+        folder: Option<&Path>,
+        progress: &dyn Progress,
+    ) -> Result<Animation, SceneError> {
         const STAGE: &str = "dress";
         if motion.frames.is_empty() {
             return Err(SceneError::NoFrames);
@@ -83,45 +106,46 @@ impl Person {
         if (motion.fps - self.fps()).abs() > 1e-6 {
             return Err(SceneError::OtherRate { wanted: self.fps(), found: motion.fps });
         }
-        let mut outfit = Outfit::new(&self.body, &self.garments, options)?;
-        let mut vertices = self.body.rest_vertices().to_vec();
+        let mut dresser = Dresser::new(self, options)?;
         // For the measurement of penetration, which is apart from the fit.
         let topology = self.body.model().topology();
-        let mut tree = TriangleBvh::new(topology, &vertices);
-        let mut tracks = self.empty_tracks(motion.frames.len());
+        let mut tree = TriangleBvh::new(topology, dresser.body_vertices());
+        let sizes = std::iter::once(topology.vertex_count())
+            .chain(self.garments.iter().map(|model| model.garment().template.len()));
+        let mut stores = sizes.map(|size| Store::new(folder, size)).collect::<Result<Vec<_>, _>>()?;
         let mut timing = Timing::default();
         let mut before = vec![Vec::new(); self.garments.len()];
         let mut after = before.clone();
         progress.start(STAGE, motion.frames.len());
         for (frame, pose) in motion.frames.iter().enumerate() {
-            let ((), posing) = timed(|| self.body.pose(pose, &mut vertices));
-            timing.push(times(posing, outfit.step(pose, &vertices)));
-            tree.refit(&vertices);
-            tracks[0].frames.push(stored(&vertices));
-            for (layer, track) in tracks[1..].iter_mut().enumerate() {
-                before[layer].push(measure_with(topology, &tree, &vertices, outfit.predicted(layer)));
-                after[layer].push(measure_with(topology, &tree, &vertices, outfit.vertices(layer)));
-                track.frames.push(stored(outfit.vertices(layer)));
+            dresser.step(pose);
+            timing.push(dresser.times());
+            let body = dresser.body_vertices();
+            tree.refit(body);
+            stores[0].push(body)?;
+            for (layer, store) in stores[1..].iter_mut().enumerate() {
+                before[layer].push(measure_with(topology, &tree, body, dresser.predicted(layer)));
+                after[layer].push(measure_with(topology, &tree, body, dresser.vertices(layer)));
+                store.push(dresser.vertices(layer))?;
             }
             progress.advance(STAGE, frame + 1);
         }
         progress.finish(STAGE);
         let fits = self.fits(&before, &after);
-        Ok(Animation { fps: motion.fps, tracks, headings: headings(motion), timing, fits })
+        Ok(Animation { fps: motion.fps, tracks: self.tracks(stores)?, headings: headings(motion), timing, fits })
     }
 
-    fn empty_tracks(&self, frames: usize) -> Vec<Track> {
-        let track = |name: &str, topology: &Arc<_>, colour| Track {
-            name: name.to_owned(),
-            topology: Arc::clone(topology),
-            frames: Vec::with_capacity(frames),
-            colour,
-        };
-        let body = track(BODY, self.body.model().topology(), SKIN);
+    fn tracks(&self, stores: Vec<Store>) -> Result<Vec<Track>, SceneError> {
+        let body = (BODY, self.body.model().topology(), SKIN, Vec::new());
         let garments = self.garments.iter().map(|model| model.garment()).zip(CLOTH.iter().cycle());
-        std::iter::once(body)
-            .chain(garments.map(|(garment, &colour)| track(&garment.name, &garment.topology, colour)))
-            .collect()
+        let looks = std::iter::once(body).chain(
+            garments.map(|(garment, &colour)| (garment.name.as_str(), &garment.topology, colour, garment.uv.clone())),
+        );
+        let track = |((name, topology, colour, uv), store): ((&str, &Arc<Topology>, _, _), Store)| {
+            let frames = store.finish()?;
+            Ok(Track { name: name.to_owned(), topology: Arc::clone(topology), frames, colour, uv })
+        };
+        looks.zip(stores).map(track).collect()
     }
 
     fn fits(&self, before: &[Vec<FramePenetration>], after: &[Vec<FramePenetration>]) -> Vec<GarmentFit> {
@@ -136,13 +160,6 @@ impl Person {
             })
             .collect()
     }
-}
-
-/// What a frame took, by stage.
-fn times(posing: Duration, report: &FrameReport) -> [Duration; Stage::COUNT] {
-    let sum = |of: fn(&LayerReport) -> f64| Duration::from_secs_f64(report.layers.iter().map(of).sum());
-    let fit = sum(|layer| layer.fit_seconds) + Duration::from_secs_f64(report.body_seconds);
-    [posing, sum(|layer| layer.synthesis_seconds), fit]
 }
 
 /// Heading of the pelvis in every frame (rad), about Y from +Z.

@@ -2,6 +2,7 @@
 
 use modiste_core::Vec3;
 use modiste_core::render::{Camera, Figure, Image, Paint, bounds_of, contact_sheet, picture_on};
+use modiste_io::IoError;
 
 use crate::Animation;
 
@@ -23,71 +24,84 @@ const TURNAROUND: [(&str, f64); 4] = [
 
 impl Animation {
     /// `count` frames spread evenly over the animation, in two rows, from the front quarter.
-    pub fn contact_sheet(&self, count: usize) -> Image {
+    ///
+    /// # Errors
+    /// Frames on disk that cannot be read.
+    pub fn contact_sheet(&self, count: usize) -> Result<Image, IoError> {
         let picks = spread(self.frame_count(), count);
         let heading = picks.first().map_or(0.0, |&frame| self.headings[frame]);
-        let reach = self.reach(&picks);
-        let tiles: Vec<Image> = picks
-            .iter()
-            .map(|&frame| {
-                let mut tile = self.tile(frame, heading + AZIMUTH, reach);
-                let seconds = frame as f64 / self.fps;
-                tile.label(12, 12, &format!("frame {frame}  {seconds:.2} s"), INK, 2);
-                tile
-            })
-            .collect();
-        contact_sheet(&tiles, picks.len().div_ceil(2))
+        let reach = self.reach(&picks)?;
+        let tile = |&frame: &usize| {
+            let mut tile = self.tile(frame, heading + AZIMUTH, reach, &self.paints())?;
+            let seconds = frame as f64 / self.fps;
+            tile.label(12, 12, &format!("frame {frame}  {seconds:.2} s"), INK, 2);
+            Ok(tile)
+        };
+        let tiles = picks.iter().map(tile).collect::<Result<Vec<Image>, IoError>>()?;
+        Ok(contact_sheet(&tiles, picks.len().div_ceil(2)))
     }
 
     /// One frame from the front, both sides and the back.
-    pub fn turnaround(&self, frame: usize) -> Image {
-        let reach = self.reach(&[frame]);
-        let tiles = TURNAROUND.map(|(name, azimuth)| {
-            let mut tile = self.tile(frame, self.headings[frame] + azimuth, reach);
+    ///
+    /// # Errors
+    /// Frames on disk that cannot be read.
+    pub fn turnaround(&self, frame: usize) -> Result<Image, IoError> {
+        let tiles = self.views(frame, &self.paints())?;
+        Ok(contact_sheet(&tiles, TURNAROUND.len()))
+    }
+
+    /// The tiles of a turnaround, each mesh in its paint.
+    pub(crate) fn views(&self, frame: usize, paints: &[Paint]) -> Result<Vec<Image>, IoError> {
+        let reach = self.reach(&[frame])?;
+        let view = |(name, azimuth): (&str, f64)| {
+            let mut tile = self.tile(frame, self.headings[frame] + azimuth, reach, paints)?;
             tile.label(12, 12, name, INK, 2);
-            tile
-        });
-        contact_sheet(&tiles, TURNAROUND.len())
+            Ok(tile)
+        };
+        TURNAROUND.into_iter().map(view).collect()
+    }
+
+    /// The colours of the meshes.
+    pub(crate) fn paints(&self) -> Vec<Paint> {
+        self.tracks.iter().map(|track| Paint::Solid(track.colour)).collect()
     }
 
     /// One frame, with the camera following the person; `reach` is the box around them.
-    fn tile(&self, frame: usize, azimuth: f64, reach: [Vec3; 2]) -> Image {
-        let vertices: Vec<Vec<Vec3>> = self.tracks.iter().map(|track| track.points(frame)).collect();
-        let figures: Vec<Figure<'_>> = self
-            .tracks
-            .iter()
-            .zip(&vertices)
-            .map(|(track, vertices)| Figure::new(&track.topology, vertices, Paint::Solid(track.colour)))
-            .collect();
-        let place = self.place(frame);
+    fn tile(&self, frame: usize, azimuth: f64, reach: [Vec3; 2], paints: &[Paint]) -> Result<Image, IoError> {
+        let vertices =
+            self.tracks.iter().map(|track| track.points(frame)).collect::<Result<Vec<Vec<Vec3>>, IoError>>()?;
+        let meshes = self.tracks.iter().zip(&vertices).zip(paints);
+        let figures: Vec<Figure<'_>> =
+            meshes.map(|((track, vertices), paint)| Figure::new(&track.topology, vertices, paint.clone())).collect();
+        let place = place(&vertices[0]);
         let aspect = TILE[0] as f64 / TILE[1] as f64;
         let camera = Camera::framing(reach.map(|corner| corner + place), azimuth, ELEVATION, aspect);
-        picture_on(TILE[0], TILE[1], &camera, &figures, 0.0)
+        Ok(picture_on(TILE[0], TILE[1], &camera, &figures, 0.0))
     }
 
-    /// Where the person is in a frame: the middle of the body, on the floor.
-    fn place(&self, frame: usize) -> Vec3 {
-        let [lower, upper] = bounds_of(&self.tracks[0].points(frame));
-        let middle = 0.5 * (lower + upper);
-        Vec3::new(middle.x, 0.0, middle.z)
-    }
-
-    /// A box around the person, relative to [`Self::place`], that holds them in all of these frames whichever way the
-    /// camera turns.
-    fn reach(&self, frames: &[usize]) -> [Vec3; 2] {
+    /// A box around the person, relative to [`place`], that holds them in all of these frames whichever way the camera turns.
+    fn reach(&self, frames: &[usize]) -> Result<[Vec3; 2], IoError> {
         let mut radius = 0.3f64;
         let mut heights = [0.0f64, 1.0];
         for &frame in frames {
-            let place = self.place(frame);
-            for point in self.tracks[0].points(frame) {
+            let points = self.tracks[0].points(frame)?;
+            let place = place(&points);
+            for point in points {
                 radius = radius.max((point.x - place.x).hypot(point.z - place.z));
                 heights = [heights[0].min(point.y), heights[1].max(point.y)];
             }
         }
         // The corners of a square stand √2 further out than the circle that it must hold.
         let half = radius * std::f64::consts::FRAC_1_SQRT_2;
-        [Vec3::new(-half, heights[0], -half), Vec3::new(half, heights[1], half)]
+        Ok([Vec3::new(-half, heights[0], -half), Vec3::new(half, heights[1], half)])
     }
+}
+
+/// Where a person is: the middle of the body, on the floor.
+fn place(body: &[Vec3]) -> Vec3 {
+    let [lower, upper] = bounds_of(body);
+    let middle = 0.5 * (lower + upper);
+    Vec3::new(middle.x, 0.0, middle.z)
 }
 
 /// `count` indices spread evenly over `0..total`, first and last among them; fewer when there are fewer.

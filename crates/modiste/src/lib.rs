@@ -15,13 +15,14 @@ pub use assets::{ASSETS_VARIABLE, Assets};
 pub use error::JobError;
 pub use event::{Event, Listener};
 pub use jobs::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, DesignChoice, Dress, Dressed,
-    EvaluatedGarment, GarmentEvaluate, GarmentImport, GarmentLearn, GarmentSimulate, GarmentTrain, Job, LearnedGarment,
-    Length, MadeBody, MadePopulation, MeasuredBody, MotionChoice, Outcome, SimulatedGarment, TrainedBody,
-    TrainedGarment, UpAxis, run,
+    Action, BenchDress, BenchRow, BenchedDress, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain,
+    Character, Check, Checked, Crowd, CrowdReport, DesignChoice, Dress, Dressed, EvaluatedGarment, GarmentEvaluate,
+    GarmentImport, GarmentLearn, GarmentSimulate, GarmentTrain, Job, LearnedGarment, Length, MadeBody, MadeCrowd,
+    MadePopulation, MeasuredBody, MotionChoice, Outcome, SimulatedGarment, TrainedBody, TrainedGarment, UpAxis, run,
 };
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};
-pub use modiste_scene::Report;
+pub use modiste_garment::check;
+pub use modiste_scene::{Format, Region, Report};
 pub use sources::Sources;
 pub use stream::{Events, Update, start};

@@ -1,6 +1,8 @@
 //! What other programs simulated, through the front door: the same training set and the same garment as without the way
 //! through their files.
 
+#![expect(clippy::unwrap_used, reason = "a test, which fails by it")]
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,9 +13,9 @@ use modiste_cloth::dress::{Carrier, Mannequin, ReadyMade};
 use modiste_core::{Silent, Topology, Vec3};
 use modiste_garment::drape::{PoseSequence, ShapeSample};
 use modiste_garment::{DrapeModel, Garment, Synthesis, TrainOptions, TrainingSet};
+use modiste_io::animated::AnimatedMesh;
 use modiste_io::npz::Writer;
-use modiste_io::pc2::{self, PointCache};
-use modiste_io::{obj, read_bytes};
+use modiste_io::{obj, pc2, read_bytes};
 
 const SIDES: u32 = 24;
 const ROWS: u32 = 8;
@@ -159,8 +161,8 @@ impl Truth {
         };
         for (name, cloth, bodies) in self.sequences() {
             for (kind, frames) in [("sims", &cloth[..]), ("bodies", bodies)] {
-                let cache = PointCache { point_count: frames[0].len(), points: flat(&moved(frames)) };
-                pc2::write(folder.join(format!("{kind}/{name}.pc2")), &cache).unwrap();
+                let single = |frame: &Vec<Vec3>| frame.iter().map(|x| x.as_vec3().to_array()).collect();
+                write_cache(&folder.join(format!("{kind}/{name}.pc2")), &moved(frames).iter().map(single).collect());
             }
         }
         let template = moved(std::slice::from_ref(&self.set.garment.template)).remove(0);
@@ -199,6 +201,21 @@ impl Truth {
 
 fn flat(frames: &[Vec<Vec3>]) -> Vec<[f32; 3]> {
     frames.iter().flatten().map(|x| x.as_vec3().to_array()).collect()
+}
+
+/// Writes frames as a point cache.
+fn write_cache(path: &Path, frames: &Vec<Vec<[f32; 3]>>) {
+    let mesh = AnimatedMesh {
+        name: "points",
+        faces: &[],
+        frames,
+        uv: None,
+        vertex_colours: None,
+        colour: [1.0; 4],
+        roughness: 1.0,
+        double_sided: false,
+    };
+    pc2::write(path, &mesh).unwrap();
 }
 
 fn near(a: &[Vec3], b: &[Vec3], what: &str) {

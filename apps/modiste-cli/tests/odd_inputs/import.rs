@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::sync::LazyLock;
 
+use modiste_io::animated::AnimatedMesh;
 use modiste_io::npz::Writer;
-use modiste_io::pc2::{self, PointCache};
-use modiste_io::{obj, write_bytes};
+use modiste_io::{obj, pc2, write_bytes};
 
 use super::meshes::tube;
 use super::{Case, modiste, words};
@@ -58,6 +58,21 @@ static WHOLE: LazyLock<Scene> = LazyLock::new(|| {
     sequences.push(turn);
     Scene(sequences)
 });
+
+/// Writes frames as a point cache.
+fn write_cache(path: &Path, frames: &Vec<Vec<[f32; 3]>>) {
+    let mesh = AnimatedMesh {
+        name: "points",
+        faces: &[],
+        frames,
+        uv: None,
+        vertex_colours: None,
+        colour: [1.0; 4],
+        roughness: 1.0,
+        double_sided: false,
+    };
+    pc2::write(path, &mesh).unwrap();
+}
 
 /// Turned about the vertical (rad).
 fn turned(points: &Points, angle: f32) -> Points {
@@ -212,7 +227,7 @@ fn caches() -> Vec<Case> {
             for sequence in &WHOLE.0 {
                 let path = folder.join(format!("sims/{}.pc2", sequence.name));
                 std::fs::remove_file(path.with_extension("npz")).unwrap();
-                pc2::write(&path, &PointCache { point_count: 90, points: sequence.cloth.concat() }).unwrap();
+                write_cache(&path, &sequence.cloth);
             }
             let path = folder.join("sims/turn.pc2");
             let bytes = damage(std::fs::read(&path).unwrap());

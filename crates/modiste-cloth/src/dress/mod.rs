@@ -23,4 +23,4 @@ pub use place::{place, thin_body};
 pub use ready_made::{ReadyMade, ReadyMadeError};
 pub use settle::{SettleOptions, Stage};
 pub use sew::{SEAM_TOLERANCE, Sewn, sew};
-pub use tailor::{Dressed, SewnGarment, Tailor, TailorOptions, dress};
+pub use tailor::{Dressed, FlatGarment, SewnGarment, Tailor, TailorOptions, dress};

@@ -14,6 +14,9 @@ use super::{Design, DressError, Mannequin, ReadyMade};
 use crate::cut::CutGarment;
 use crate::{Attachment, BodyCollider, ClothModel, ClothState, ElasticEdge, Fabric, SolverOptions};
 
+/// The size of what has none.
+const MADE_TO_MEASURE: &str = "made to measure";
+
 /// How bodies are dressed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TailorOptions {
@@ -97,6 +100,17 @@ pub struct SewnGarment {
     pub anchors: Vec<u32>,
     /// Texture coordinates of the corners of each face.
     pub uv: Vec<[[f32; 2]; 3]>,
+}
+
+/// A garment laid flat, in the size that is chosen for a body.
+#[derive(Debug, Clone)]
+pub struct FlatGarment {
+    /// Name of the size.
+    pub size: String,
+    /// The welded mesh.
+    pub topology: Arc<Topology>,
+    /// Rest shape of each face in panel space (m), a band as it is drawn, not gathered.
+    pub rest_faces: Vec<[Vec2; 3]>,
 }
 
 impl Tailor {
@@ -213,6 +227,18 @@ impl Tailor {
         self.settle(start, from.model.attachments.clone(), body, &self.options.settle)
     }
 
+    /// The garment as it is cut for a body, before it is sewn.
+    pub fn flat(&self, body: &Mannequin) -> FlatGarment {
+        let (size, rest_faces) = match &self.form {
+            Form::Cut(cut) => {
+                let size = cut.pattern().choose_size(&body.girths());
+                (cut.pattern().size_name(size).to_owned(), cut.rest_faces(size))
+            }
+            Form::ReadyMade(mesh) => (MADE_TO_MEASURE.to_owned(), mesh.rest_faces(body)),
+        };
+        FlatGarment { size, topology: Arc::clone(self.topology()), rest_faces }
+    }
+
     /// The garment of a drape on a body as plain arrays.
     pub fn garment(&self, dressed: &Dressed, body: &Mannequin) -> SewnGarment {
         let (size, rest_faces, waist_band, uv) = match &self.form {
@@ -225,7 +251,7 @@ impl Tailor {
             Form::ReadyMade(mesh) => {
                 let mut band = mesh.band().to_vec();
                 band.sort_unstable();
-                ("made to measure".to_owned(), mesh.rest_faces(body), band, mesh.uv())
+                (MADE_TO_MEASURE.to_owned(), mesh.rest_faces(body), band, mesh.uv())
             }
         };
         SewnGarment {

@@ -105,10 +105,10 @@ fn meets(a: Box3, b: Box3) -> bool {
 /// Whether two faces of one mesh cross, corners that they share aside.
 fn crosses_neighbour(a: [u32; 3], b: [u32; 3], x: &[Vec3]) -> bool {
     let at = |face: [u32; 3]| face.map(|vertex| x[vertex as usize]);
-    let shared: Vec<u32> = a.into_iter().filter(|vertex| b.contains(vertex)).collect();
-    match shared[..] {
-        [] => triangles_cross(at(a), at(b)),
-        [vertex] => {
+    let mut shared = a.into_iter().filter(|vertex| b.contains(vertex));
+    match (shared.next(), shared.next()) {
+        (None, _) => triangles_cross(at(a), at(b)),
+        (Some(vertex), None) => {
             let opposite = |face: [u32; 3]| {
                 let corner = (0..3).find(|&corner| face[corner] == vertex).unwrap_or(0);
                 [x[face[(corner + 1) % 3] as usize], x[face[(corner + 2) % 3] as usize]]

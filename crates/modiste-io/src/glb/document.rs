@@ -11,9 +11,9 @@ use gltf_json::scene::UnitQuaternion;
 use gltf_json::validation::{Checked::Valid, USize64};
 use gltf_json::{Accessor, Animation, Buffer, Index, Material, Mesh, Node, Root, Scene, Skin};
 
-use super::AnimatedMesh;
-use super::morph::Morph;
+use super::morph::Target;
 use super::skeleton::{Influences, Skeleton};
+use super::{AnimatedMesh, CodedMesh};
 
 /// What carries the moving meshes through space, as arrays for the file.
 pub(super) struct Carrier {
@@ -45,6 +45,65 @@ impl Carrier {
         });
         Self { translations: Vec::new(), joints: joints.collect(), inverse_binds: inverse_binds.collect() }
     }
+}
+
+/// A mesh as arrays for the file. Where texture coordinates differ around a vertex, at a seam, it is there several times.
+pub(super) struct Arrays {
+    faces: Vec<[u32; 3]>,
+    base: Vec<[f32; 3]>,
+    base_normals: Vec<[f32; 3]>,
+    uv: Vec<[f32; 2]>,
+    colours: Vec<[f32; 3]>,
+    targets: Vec<Target>,
+    weights: Vec<f32>,
+    influences: Option<Influences>,
+}
+
+impl Arrays {
+    pub(super) fn of(mesh: &AnimatedMesh<'_>, coded: &CodedMesh) -> Self {
+        let (faces, sources, uv) = parted(mesh);
+        let morph = &coded.morph;
+        let pick = |rows: &[[f32; 3]]| sources.iter().map(|&vertex| rows[vertex as usize]).collect::<Vec<_>>();
+        let targets = morph.targets.iter();
+        Self {
+            faces,
+            base: pick(&morph.base),
+            base_normals: pick(&morph.base_normals),
+            uv,
+            colours: mesh.vertex_colours.map_or_else(Vec::new, pick),
+            targets: targets
+                .map(|target| Target { positions: pick(&target.positions), normals: pick(&target.normals) })
+                .collect(),
+            weights: morph.weights.clone(),
+            influences: coded.influences.as_ref().map(|influences| Influences {
+                joints: sources.iter().map(|&vertex| influences.joints[vertex as usize]).collect(),
+                weights: sources.iter().map(|&vertex| influences.weights[vertex as usize]).collect(),
+            }),
+        }
+    }
+}
+
+/// The faces over parted vertices, the vertex that each comes from, and its texture coordinates, V downwards.
+fn parted(mesh: &AnimatedMesh<'_>) -> (Vec<[u32; 3]>, Vec<u32>, Vec<[f32; 2]>) {
+    let Some(uv) = mesh.uv else {
+        return (mesh.faces.to_vec(), (0..mesh.vertex_count() as u32).collect(), Vec::new());
+    };
+    // A vertex takes its own place for the first coordinates that it has, so that those of no seam stay where they are.
+    let mut sources: Vec<u32> = (0..mesh.vertex_count() as u32).collect();
+    let mut places: Vec<Option<[f32; 2]>> = vec![None; sources.len()];
+    let mut further: BTreeMap<(u32, [u32; 2]), u32> = BTreeMap::new();
+    let mut faces = mesh.faces.to_vec();
+    for (corner, [u, v]) in faces.as_flattened_mut().iter_mut().zip(uv.as_flattened()) {
+        let (place, vertex) = ([*u, 1.0 - v], *corner);
+        if *places[vertex as usize].get_or_insert(place) != place {
+            *corner = *further.entry((vertex, place.map(f32::to_bits))).or_insert_with(|| {
+                sources.push(vertex);
+                places.push(Some(place));
+                sources.len() as u32 - 1
+            });
+        }
+    }
+    (faces, sources, places.into_iter().map(Option::unwrap_or_default).collect())
 }
 
 /// A scene being built: one parent node that carries the common translation or the joints, the meshes, one animation.
@@ -80,7 +139,7 @@ impl<'a> Document<'a> {
         if times.len() > 1 {
             document.times = Some(document.bounded(times.as_chunks::<1>().0, Type::Scalar, None));
         }
-        if !carrier.translations.is_empty() {
+        if document.times.is_some() && !carrier.translations.is_empty() {
             let output = document.unbounded(&carrier.translations, Type::Vec3, None);
             document.animate(parent, Property::Translation, output);
         }
@@ -113,23 +172,29 @@ impl<'a> Document<'a> {
         self.skin = Some(self.root.push(skin));
     }
 
-    pub(super) fn add(&mut self, mesh: &AnimatedMesh<'a>, morph: &'a Morph, influences: Option<&'a Influences>) {
+    pub(super) fn add(&mut self, mesh: &AnimatedMesh<'_>, arrays: &'a Arrays) {
         let vertices = Some(BufferTarget::ArrayBuffer);
-        let positions = self.bounded(&morph.base, Type::Vec3, vertices);
-        let normals = self.unbounded(&morph.base_normals, Type::Vec3, vertices);
+        let positions = self.bounded(&arrays.base, Type::Vec3, vertices);
+        let normals = self.unbounded(&arrays.base_normals, Type::Vec3, vertices);
         let mut attributes =
             BTreeMap::from([(Valid(Semantic::Positions), positions), (Valid(Semantic::Normals), normals)]);
-        if let Some(Influences { joints, weights }) = influences {
+        if !arrays.uv.is_empty() {
+            attributes.insert(Valid(Semantic::TexCoords(0)), self.unbounded(&arrays.uv, Type::Vec2, vertices));
+        }
+        if !arrays.colours.is_empty() {
+            attributes.insert(Valid(Semantic::Colors(0)), self.unbounded(&arrays.colours, Type::Vec3, vertices));
+        }
+        if let Some(Influences { joints, weights }) = &arrays.influences {
             let bytes = bytemuck::cast_slice(joints);
             let joints = self.accessor(bytes, ComponentType::U8, Type::Vec4, joints.len(), vertices);
             attributes.insert(Valid(Semantic::Joints(0)), joints);
             attributes.insert(Valid(Semantic::Weights(0)), self.unbounded(weights, Type::Vec4, vertices));
         }
-        let corners = mesh.faces.as_flattened();
+        let corners = arrays.faces.as_flattened();
         let triangles = Some(BufferTarget::ElementArrayBuffer);
         let indices =
             self.accessor(bytemuck::cast_slice(corners), ComponentType::U32, Type::Scalar, corners.len(), triangles);
-        let targets: Vec<MorphTarget> = morph
+        let targets: Vec<MorphTarget> = arrays
             .targets
             .iter()
             .map(|target| MorphTarget {
@@ -150,22 +215,22 @@ impl<'a> Document<'a> {
         };
         let shape = self.root.push(Mesh {
             extensions: None,
-            extras: target_names(morph.targets.len()),
+            extras: target_names(arrays.targets.len()),
             name: Some(mesh.name.to_owned()),
             primitives: vec![primitive],
-            weights: has_targets.then(|| vec![0.0; morph.targets.len()]),
+            weights: has_targets.then(|| arrays.weights[..arrays.targets.len()].to_vec()),
         });
-        let skin = influences.and(self.skin);
+        let skin = arrays.influences.as_ref().and(self.skin);
         let node =
             self.root.push(Node { mesh: Some(shape), skin, name: Some(mesh.name.to_owned()), ..Node::default() });
-        if mesh.frames.len() > 1 && skin.is_none() {
+        if (mesh.frames.frame_count() > 1 || self.times.is_none()) && skin.is_none() {
             self.root.nodes[self.parent.value()].children.get_or_insert_default().push(node);
         } else {
             // A mesh at rest does not travel with the others, and the joints alone place a skinned one.
             self.root.scenes[0].nodes.push(node);
         }
         if has_targets {
-            let output = self.unbounded(morph.weights.as_chunks::<1>().0, Type::Scalar, None);
+            let output = self.unbounded(arrays.weights.as_chunks::<1>().0, Type::Scalar, None);
             self.animate(node, Property::MorphTargetWeights, output);
         }
     }

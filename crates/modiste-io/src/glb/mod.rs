@@ -5,6 +5,9 @@
 //! after the motion through space, which goes to the translation of a common parent node if that is enough to be within
 //! the tolerance, and otherwise to the bones of a skeleton that all meshes share and that is found from their motion.
 //! The file opens in three.js and Blender alike and hardly grows with the number of frames.
+//!
+//! Targets, bones and their weights are learned from at most [`SAMPLE_FRAMES`] frames, spread evenly, and all frames are
+//! then expressed by them, one after the other: memory does not grow with the length but by a row of weights a frame.
 
 mod document;
 mod morph;
@@ -13,28 +16,16 @@ mod skeleton;
 use std::io::Write;
 use std::path::Path;
 
+pub use crate::animated::AnimatedMesh;
+use crate::animated::{check, normals};
 use crate::{IoError, write_atomically};
-use document::{Carrier, Document};
+use document::{Arrays, Carrier, Document};
 use modiste_core::SolveError;
 use morph::Morph;
 use skeleton::{Influences, Skeleton};
 
-/// A mesh in motion with its looks.
-#[derive(Debug, Clone, Copy)]
-pub struct AnimatedMesh<'a> {
-    /// Name of the mesh.
-    pub name: &'a str,
-    /// Triangles, counter-clockwise seen from outside.
-    pub faces: &'a [[u32; 3]],
-    /// Vertices in world (m) in each frame; a single frame makes a mesh at rest.
-    pub frames: &'a [Vec<[f32; 3]>],
-    /// Base colour, linear red, green, blue and opacity from 0 to 1.
-    pub colour: [f32; 4],
-    /// Roughness from 0 (mirror) to 1 (matt).
-    pub roughness: f32,
-    /// Whether both sides are seen, as of cloth.
-    pub double_sided: bool,
-}
+/// Frames that targets and bones are learned from.
+const SAMPLE_FRAMES: usize = 192;
 
 /// How closely the morph targets follow the frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -98,12 +89,15 @@ pub fn write_animation_with(
     let path = path.as_ref();
     let file = path.display().to_string();
     let frame_count = check(fps, meshes, &file)?;
-    let encoded = encode(meshes, frame_count, options)
-        .map_err(|error| IoError::field(&file, "the meshes", "frames that can be analysed", error))?;
+    let encoded = encode(meshes, frame_count, options).map_err(|fault| match fault {
+        Fault::Io(error) => error,
+        Fault::Solve(error) => IoError::field(&file, "the meshes", "frames that can be analysed", error),
+    })?;
     let times: Vec<f32> = (0..frame_count).map(|frame| (frame as f64 / fps) as f32).collect();
     let mut document = Document::new(&times, &encoded.carrier);
-    for (mesh, coded) in meshes.iter().zip(&encoded.meshes) {
-        document.add(mesh, &coded.morph, coded.influences.as_ref());
+    let arrays: Vec<Arrays> = meshes.iter().zip(&encoded.meshes).map(|(mesh, coded)| Arrays::of(mesh, coded)).collect();
+    for (mesh, arrays) in meshes.iter().zip(&arrays) {
+        document.add(mesh, arrays);
     }
     let (header, pieces) = document.finish().map_err(|error| IoError::field(&file, "the scene", "JSON", error))?;
     let bytes = header.len() + pieces.iter().map(|piece| piece.len()).sum::<usize>();
@@ -131,18 +125,37 @@ struct CodedMesh {
     summary: MeshSummary,
 }
 
-fn encode(meshes: &[AnimatedMesh<'_>], frame_count: usize, options: Options) -> Result<Encoded, SolveError> {
-    let translations = common_translations(meshes, frame_count);
+/// Why an animation cannot be expressed.
+#[derive(Debug)]
+enum Fault {
+    Io(IoError),
+    Solve(SolveError),
+}
+
+impl From<IoError> for Fault {
+    fn from(error: IoError) -> Self {
+        Self::Io(error)
+    }
+}
+
+impl From<SolveError> for Fault {
+    fn from(error: SolveError) -> Self {
+        Self::Solve(error)
+    }
+}
+
+fn encode(meshes: &[AnimatedMesh<'_>], frame_count: usize, options: Options) -> Result<Encoded, Fault> {
+    let translations = common_translations(meshes, frame_count)?;
     let carried = meshes.iter().map(|mesh| CodedMesh::carried(mesh, &translations, options));
     let meshes_alone = carried.collect::<Result<Vec<_>, _>>()?;
     let close_enough = meshes_alone.iter().all(|coded| coded.summary.max_error <= options.tolerance);
     if close_enough || options.max_bones == 0 {
         return Ok(Encoded { carrier: Carrier::translation(translations), skeleton: None, meshes: meshes_alone });
     }
-    let moving: Vec<&AnimatedMesh<'_>> = meshes.iter().filter(|mesh| mesh.frames.len() > 1).collect();
-    let skeleton = Skeleton::find(&moving, options.max_bones.min(255));
+    let moving: Vec<&AnimatedMesh<'_>> = meshes.iter().filter(|mesh| mesh.frames.frame_count() > 1).collect();
+    let skeleton = Skeleton::find(&moving, options.max_bones.min(255))?;
     let skinned = meshes.iter().zip(meshes_alone).map(|(mesh, alone)| {
-        if mesh.frames.len() > 1 { CodedMesh::skinned(mesh, &skeleton, options) } else { Ok(alone) }
+        if mesh.frames.frame_count() > 1 { CodedMesh::skinned(mesh, &skeleton, options) } else { Ok(alone) }
     });
     let skinned = skinned.collect::<Result<Vec<_>, _>>()?;
     Ok(Encoded { carrier: Carrier::skeleton(&skeleton), skeleton: Some(skeleton), meshes: skinned })
@@ -150,38 +163,69 @@ fn encode(meshes: &[AnimatedMesh<'_>], frame_count: usize, options: Options) -> 
 
 impl CodedMesh {
     /// Morph targets on top of the common translations (m, one per frame).
-    fn carried(mesh: &AnimatedMesh<'_>, translations: &[[f32; 3]], options: Options) -> Result<Self, SolveError> {
-        let shift = |frame: &mut [[f32; 3]], by: [f32; 3], sign: f32| {
-            frame.iter_mut().for_each(|v| *v = std::array::from_fn(|axis| v[axis] + sign * by[axis]));
+    fn carried(mesh: &AnimatedMesh<'_>, translations: &[[f32; 3]], options: Options) -> Result<Self, Fault> {
+        let shift = |shape: &mut [[f32; 3]], by: [f32; 3], sign: f32| {
+            shape.iter_mut().for_each(|v| *v = std::array::from_fn(|axis| v[axis] + sign * by[axis]));
         };
-        let mut local = mesh.frames.to_vec();
-        if local.len() > 1 {
-            local.iter_mut().zip(translations).for_each(|(frame, by)| shift(frame, *by, -1.0));
-        }
-        let normals: Vec<_> = mesh.frames.iter().map(|frame| morph::normals(mesh.faces, frame)).collect();
-        let morph = morph::encode(&local, &normals, options)?;
-        let summary = MeshSummary::of(mesh, &morph, |frame, shape| shift(shape, translations[frame], 1.0));
+        let at_rest = mesh.frames.frame_count() == 1;
+        let back = |frame: usize, shape: &mut [[f32; 3]]| {
+            if !at_rest {
+                shift(shape, translations[frame], -1.0);
+            }
+        };
+        let morph = learn(mesh, options, back, |_, normals| normals)?;
+        let place = |frame: usize, shape: &mut [[f32; 3]]| {
+            if !at_rest {
+                shift(shape, translations[frame], 1.0);
+            }
+        };
+        let summary = MeshSummary::of(mesh, &morph, place)?;
         Ok(Self { morph, influences: None, summary })
     }
 
     /// Morph targets in the rest shape under the skinning of a skeleton.
-    fn skinned(mesh: &AnimatedMesh<'_>, skeleton: &Skeleton, options: Options) -> Result<Self, SolveError> {
+    fn skinned(mesh: &AnimatedMesh<'_>, skeleton: &Skeleton, options: Options) -> Result<Self, Fault> {
         let influences = skeleton.influences(mesh.frames)?;
-        let rest = skeleton.unpose(mesh.frames, &influences);
-        let normals = mesh.frames.iter().enumerate().map(|(frame, vertices)| {
-            skeleton.unpose_normals(frame, &influences, &morph::normals(mesh.faces, vertices))
-        });
-        let morph = morph::encode(&rest, &normals.collect::<Vec<_>>(), options)?;
-        let summary = MeshSummary::of(mesh, &morph, |frame, shape| skeleton.pose(frame, &influences, shape));
+        let back = |frame: usize, shape: &mut [[f32; 3]]| skeleton.unpose(frame, &influences, shape);
+        let morph = learn(mesh, options, back, |frame, normals| skeleton.unpose_normals(frame, &influences, &normals))?;
+        let summary = MeshSummary::of(mesh, &morph, |frame, shape| skeleton.pose(frame, &influences, shape))?;
         Ok(Self { morph, influences: Some(influences), summary })
     }
 }
 
+/// Learns morph targets from some frames and gives the weights of all; `back` and `normals_back` take off the motion of the
+/// nodes that carry the mesh.
+fn learn(
+    mesh: &AnimatedMesh<'_>,
+    options: Options,
+    back: impl Fn(usize, &mut [[f32; 3]]),
+    normals_back: impl Fn(usize, Vec<[f32; 3]>) -> Vec<[f32; 3]>,
+) -> Result<Morph, Fault> {
+    let (mut shapes, mut shape_normals) = (Vec::new(), Vec::new());
+    let chosen = spread(mesh.frames.frame_count(), SAMPLE_FRAMES);
+    let mut vertices = Vec::new();
+    for &frame in &chosen {
+        mesh.frames.read(frame, &mut vertices)?;
+        shape_normals.push(normals_back(frame, normals(mesh.faces, &vertices)));
+        back(frame, &mut vertices);
+        shapes.push(vertices.clone());
+    }
+    let basis = morph::Basis::learn(&shapes, options)?;
+    drop(shapes);
+    let mut coefficients = Vec::with_capacity(mesh.frames.frame_count());
+    for frame in 0..mesh.frames.frame_count() {
+        mesh.frames.read(frame, &mut vertices)?;
+        back(frame, &mut vertices);
+        coefficients.push(basis.coefficients(&vertices));
+    }
+    Ok(basis.morph(&coefficients, &chosen, &shape_normals)?)
+}
+
 impl MeshSummary {
     /// Compares what the file shows, the morphed shape after `place`, with the given frames.
-    fn of(mesh: &AnimatedMesh<'_>, morph: &Morph, place: impl Fn(usize, &mut [[f32; 3]])) -> Self {
+    fn of(mesh: &AnimatedMesh<'_>, morph: &Morph, place: impl Fn(usize, &mut [[f32; 3]])) -> Result<Self, IoError> {
         let (mut largest, mut sum, mut count) = (0.0f64, 0.0f64, 0usize);
-        for (index, wanted) in mesh.frames.iter().enumerate() {
+        mesh.for_each_frame(|index, wanted| {
             let mut shape = morph.shape(index);
             place(index, &mut shape);
             for (x, y) in shape.iter().zip(wanted) {
@@ -190,78 +234,49 @@ impl MeshSummary {
                 sum += square;
                 count += 1;
             }
-        }
-        Self {
+            Ok::<(), IoError>(())
+        })?;
+        Ok(Self {
             name: mesh.name.to_owned(),
             targets: morph.targets.len(),
             max_error: largest.sqrt(),
             rms_error: (sum / count as f64).sqrt(),
-        }
+        })
     }
 }
 
-/// Checks everything that comes from outside and returns the number of frames.
-fn check(fps: f64, meshes: &[AnimatedMesh<'_>], file: &str) -> Result<usize, IoError> {
-    if !(fps > 0.0 && fps <= 1000.0) {
-        return Err(IoError::field(file, "fps", "frames a second above 0 and up to 1000", fps));
-    }
-    let frame_count = meshes.iter().map(|mesh| mesh.frames.len()).max().unwrap_or(0);
-    if frame_count == 0 {
-        return Err(IoError::field(file, "the scene", "at least one mesh with a frame", "none"));
-    }
-    for mesh in meshes {
-        let wrong =
-            |wanted: &str, found: String| Err(IoError::field(file, format!("mesh \"{}\"", mesh.name), wanted, found));
-        if mesh.frames.len() != 1 && mesh.frames.len() != frame_count {
-            return wrong(&format!("{frame_count} frames, or 1"), mesh.frames.len().to_string());
-        }
-        let vertex_count = mesh.frames[0].len();
-        if vertex_count == 0 || mesh.faces.is_empty() {
-            return wrong("vertices and faces", "none".to_owned());
-        }
-        for (index, frame) in mesh.frames.iter().enumerate() {
-            if frame.len() != vertex_count {
-                return wrong(&format!("{vertex_count} vertices in frame {index}"), frame.len().to_string());
-            }
-            if let Some(vertex) = frame.iter().find(|vertex| vertex.iter().any(|x| !x.is_finite())) {
-                return wrong("finite vertices", format!("{vertex:?} in frame {index}"));
-            }
-        }
-        if let Some(vertex) = mesh.faces.as_flattened().iter().find(|&&vertex| vertex as usize >= vertex_count) {
-            return wrong(&format!("faces of {vertex_count} vertices"), format!("vertex {vertex}"));
-        }
-        if !mesh.colour.iter().chain([&mesh.roughness]).all(|value| (0.0..=1.0).contains(value)) {
-            return wrong("colour and roughness from 0 to 1", format!("{:?} and {}", mesh.colour, mesh.roughness));
-        }
-    }
-    Ok(frame_count)
+/// At most `most` of the numbers below `count`, evenly spaced, the first among them.
+fn spread(count: usize, most: usize) -> Vec<usize> {
+    let taken = count.min(most);
+    (0..taken).map(|index| index * count / taken).collect()
 }
 
 /// How the moving meshes as a whole have moved since the first frame (m), frame by frame.
-fn common_translations(meshes: &[AnimatedMesh<'_>], frame_count: usize) -> Vec<[f32; 3]> {
-    let moving = || meshes.iter().filter(|mesh| mesh.frames.len() == frame_count);
-    let centre = |frame: usize| {
-        let mut sum = [0.0f64; 3];
-        for vertex in moving().flat_map(|mesh| &mesh.frames[frame]) {
-            for axis in 0..3 {
-                sum[axis] += f64::from(vertex[axis]);
+fn common_translations(meshes: &[AnimatedMesh<'_>], frame_count: usize) -> Result<Vec<[f32; 3]>, IoError> {
+    let moving = || meshes.iter().filter(|mesh| mesh.frames.frame_count() == frame_count);
+    let mut vertices = Vec::new();
+    let mut centres = Vec::with_capacity(frame_count);
+    for frame in 0..frame_count {
+        let (mut sum, mut count) = ([0.0f64; 3], 0usize);
+        for mesh in moving() {
+            mesh.frames.read(frame, &mut vertices)?;
+            count += vertices.len();
+            for vertex in &vertices {
+                for axis in 0..3 {
+                    sum[axis] += f64::from(vertex[axis]);
+                }
             }
         }
-        let count = moving().map(|mesh| mesh.frames[frame].len()).sum::<usize>();
-        sum.map(|sum| sum / count as f64)
-    };
-    let first = centre(0);
-    (0..frame_count)
-        .map(|frame| {
-            let now = centre(frame);
-            std::array::from_fn(|axis| (now[axis] - first[axis]) as f32)
-        })
-        .collect()
+        centres.push(sum.map(|sum| sum / count as f64));
+    }
+    let first = centres[0];
+    Ok(centres.iter().map(|now| std::array::from_fn(|axis| (now[axis] - first[axis]) as f32)).collect())
 }
 
 #[cfg(test)]
 mod tests {
     use super::{AnimatedMesh, Options, write_animation, write_animation_with};
+    use crate::animated::FrameSource;
     use gltf_json::validation::Validate;
     use modiste_core::shapes::icosphere;
 
@@ -280,8 +295,17 @@ mod tests {
         (ball.topology.faces().to_vec(), (0..frame_count).map(frame).collect())
     }
 
-    fn ball<'a>(faces: &'a [[u32; 3]], frames: &'a [Vec<[f32; 3]>]) -> AnimatedMesh<'a> {
-        AnimatedMesh { name: "ball", faces, frames, colour: [0.5, 0.2, 0.2, 1.0], roughness: 0.9, double_sided: true }
+    fn ball<'a>(faces: &'a [[u32; 3]], frames: &'a dyn FrameSource) -> AnimatedMesh<'a> {
+        AnimatedMesh {
+            name: "ball",
+            faces,
+            frames,
+            uv: None,
+            vertex_colours: None,
+            colour: [0.5, 0.2, 0.2, 1.0],
+            roughness: 0.9,
+            double_sided: true,
+        }
     }
 
     /// Splits a GLB by the specification (section 4.4) into its JSON and its binary part.
@@ -340,7 +364,12 @@ mod tests {
         assert!(f64::from(worst) <= summary.meshes[0].max_error + rounding, "{worst}");
         assert_eq!(summary.bones, 0);
         assert!(summary.meshes[0].max_error < Options::default().tolerance);
-        assert!(weights.iter().all(|weight| weight.abs() <= 1.0));
+        assert!(weights.iter().all(|weight| (0.0..=1.0).contains(weight)));
+        assert_eq!(
+            root.meshes[0].weights.as_ref().unwrap()[..],
+            weights[..targets.len()],
+            "the first frame is shown at rest"
+        );
         assert!((floats(&root, binary, samplers[0].input.value())[39] - 1.3).abs() < 1e-6);
     }
 
@@ -400,6 +429,48 @@ mod tests {
     }
 
     #[test]
+    fn long_animations_are_learned_from_some_frames_and_played_in_all() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("long.glb");
+        let (faces, frames) = wobbling_ball(3 * super::SAMPLE_FRAMES + 7);
+        let summary = write_animation(&path, 30.0, &[ball(&faces, &frames)]).unwrap();
+        assert!(summary.meshes[0].targets <= 4, "{summary:?}");
+        assert!(summary.meshes[0].max_error < 0.001, "{summary:?}");
+    }
+
+    #[test]
+    fn texture_coordinates_part_vertices_at_seams_and_colours_follow() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("uv.glb");
+        // Two triangles of a square whose shared edge is a seam.
+        let faces = [[0, 1, 2], [0, 2, 3]];
+        let uv = [[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]], [[0.0, 0.0], [0.5, 1.0], [0.0, 1.0]]];
+        let colours = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.5]];
+        let square = |x: f32| vec![[x, 0.0, 0.0], [x + 1.0, 0.0, 0.0], [x + 1.0, 1.0, x * x], [x, 1.0, 0.0]];
+        let frames = vec![square(0.0), square(0.5), square(1.0)];
+        let mesh = AnimatedMesh { uv: Some(&uv), vertex_colours: Some(&colours), ..ball(&faces, &frames) };
+        write_animation(&path, 30.0, &[mesh]).unwrap();
+        let glb = crate::read_bytes(&path).unwrap();
+        let (root, binary) = split(&glb);
+        let attributes = &root.meshes[0].primitives[0].attributes;
+        let of = |wanted: gltf_json::mesh::Semantic| {
+            let found =
+                attributes.iter().find(|(name, _)| **name == gltf_json::validation::Checked::Valid(wanted.clone()));
+            floats(&root, binary, found.unwrap().1.value())
+        };
+        use gltf_json::mesh::Semantic;
+        // Of the seam's two vertices one has two places on the cloth.
+        assert_eq!(of(Semantic::Positions).len(), 5 * 3);
+        assert_eq!(of(Semantic::TexCoords(0)).len(), 5 * 2);
+        let colours = of(Semantic::Colors(0));
+        assert_eq!((colours.len(), colours[2 * 3 + 2], colours[3 * 3 + 2]), (5 * 3, 1.0, 1.0));
+        let places = of(Semantic::TexCoords(0));
+        assert_eq!(places[2 * 2..4 * 2], [1.0, 0.0, 0.5, 0.0], "V runs downwards in glTF");
+        let target = root.meshes[0].primitives[0].targets.as_ref().unwrap()[0].positions.unwrap();
+        assert_eq!(floats(&root, binary, target.value()).len(), 5 * 3);
+    }
+
+    #[test]
     fn meshes_at_rest_need_no_animation() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("still.glb");
@@ -416,12 +487,11 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("bad.glb");
         let (faces, mut frames) = wobbling_ball(3);
+        let two = frames[..2].to_vec();
         let message = |fps, meshes: &[AnimatedMesh<'_>]| write_animation(&path, fps, meshes).unwrap_err().to_string();
         assert!(message(0.0, &[ball(&faces, &frames)]).contains("fps"));
         assert!(message(30.0, &[]).contains("at least one mesh"));
-        assert!(
-            message(30.0, &[ball(&faces, &frames), ball(&faces, &frames[..2])]).contains("3 frames, or 1, found 2")
-        );
+        assert!(message(30.0, &[ball(&faces, &frames), ball(&faces, &two)]).contains("3 frames, or 1, found 2"));
         assert!(message(30.0, &[ball(&[[0, 1, 900]], &frames)]).contains("vertex 900"));
         frames[2][5][1] = f32::INFINITY;
         assert!(message(30.0, &[ball(&faces, &frames)]).contains("mesh \"ball\": wanted finite vertices"));

@@ -4,14 +4,14 @@ use modiste_core::{Matrix, Pca, SolveError, ridge};
 
 use super::Options;
 
-/// A base shape that the first frame's weights (all zero) show, and what to add to it.
+/// A base shape and what to add to it.
 #[derive(Debug)]
 pub(super) struct Morph {
     pub(super) base: Vec<[f32; 3]>,
-    /// Unit normals of the base.
+    /// Unit normals that those of the targets are added to.
     pub(super) base_normals: Vec<[f32; 3]>,
     pub(super) targets: Vec<Target>,
-    /// One row of weights per frame, one weight per target, within [-1, 1].
+    /// One row of weights per frame, one weight per target, within [0, 1].
     pub(super) weights: Vec<f32>,
 }
 
@@ -38,44 +38,77 @@ pub(super) struct Target {
 
 /// Keeps the normals' targets small where the weights can hardly tell them apart.
 const NORMAL_RIDGE: f64 = 1e-4;
+/// A base normal shorter than this has no direction.
+const SHORTEST_NORMAL: f32 = 0.05;
 
-/// Finds the targets for frames, and their unit normals, from which the motion of the carrying nodes has been taken off.
-pub(super) fn encode(
-    frames: &[Vec<[f32; 3]>],
-    normals: &[Vec<[f32; 3]>],
-    options: Options,
-) -> Result<Morph, SolveError> {
-    let base_normals = normals[0].clone();
-    if frames.len() == 1 {
-        let base = frames[0].clone();
-        return Ok(Morph { base, base_normals, targets: Vec::new(), weights: Vec::new() });
+/// What the shapes of a mesh are made of.
+pub(super) struct Basis {
+    /// `None` for a mesh at rest.
+    pca: Option<Pca>,
+    count: usize,
+    rest: Vec<[f32; 3]>,
+}
+
+impl Basis {
+    /// Learns from shapes from which the motion of the carrying nodes has been taken off.
+    pub(super) fn learn(shapes: &[Vec<[f32; 3]>], options: Options) -> Result<Self, SolveError> {
+        let rest = shapes[0].clone();
+        if shapes.len() == 1 {
+            return Ok(Self { pca: None, count: 0, rest });
+        }
+        let samples: Vec<&[f32]> = shapes.iter().map(|shape| shape.as_flattened()).collect();
+        let pca = Pca::fit(&samples, options.max_targets)?;
+        let coefficients: Vec<Vec<f64>> = samples.iter().map(|sample| pca.project(sample)).collect();
+        let count = sufficient_count(&pca, &samples, &coefficients, options.tolerance);
+        Ok(Self { pca: Some(pca), count, rest })
     }
-    let samples: Vec<&[f32]> = frames.iter().map(|frame| frame.as_flattened()).collect();
-    let pca = Pca::fit(&samples, options.max_targets)?;
-    let coefficients: Vec<Vec<f64>> = samples.iter().map(|sample| pca.project(sample)).collect();
-    let count = sufficient_count(&pca, &samples, &coefficients, options.tolerance);
 
-    let mut base = vec![[0.0; 3]; frames[0].len()];
-    pca.expand(&coefficients[0][..count], base.as_flattened_mut());
-    // Weights count from the first frame and stay within [-1, 1], the range that editors allow.
-    let scales: Vec<f64> = (0..count)
-        .map(|k| coefficients.iter().map(|row| (row[k] - coefficients[0][k]).abs()).fold(0.0, f64::max))
-        .map(|scale| if scale > 0.0 { scale } else { 1.0 })
-        .collect();
-    let weights: Vec<f32> = coefficients
-        .iter()
-        .flat_map(|row| (0..count).map(|k| ((row[k] - coefficients[0][k]) / scales[k]) as f32))
-        .collect();
-    let scaled = |k: usize| pca.component(k).iter().map(|&x| (f64::from(x) * scales[k]) as f32).collect();
-    let positions: Vec<Vec<f32>> = (0..count).map(scaled).collect();
+    /// How much of each component a shape has.
+    pub(super) fn coefficients(&self, shape: &[[f32; 3]]) -> Vec<f64> {
+        let mut row = self.pca.as_ref().map_or_else(Vec::new, |pca| pca.project(shape.as_flattened()));
+        row.truncate(self.count);
+        row
+    }
 
-    let normal_targets = fit_normals(normals, &weights, count)?;
-    let targets = positions
-        .into_iter()
-        .zip(normal_targets)
-        .map(|(positions, normals)| Target { positions: points(&positions), normals })
-        .collect();
-    Ok(Morph { base, base_normals, targets, weights })
+    /// The morph targets, from the coefficients of all frames, the first of them the base, and the unit normals of those
+    /// that were chosen.
+    pub(super) fn morph(
+        self,
+        coefficients: &[Vec<f64>],
+        chosen: &[usize],
+        normals: &[Vec<[f32; 3]>],
+    ) -> Result<Morph, SolveError> {
+        let Some(pca) = &self.pca else {
+            let base_normals = normals[0].clone();
+            return Ok(Morph { base: self.rest, base_normals, targets: Vec::new(), weights: Vec::new() });
+        };
+        let count = self.count;
+        let mut base = vec![[0.0; 3]; self.rest.len()];
+        // Weights count from the smallest of all frames and stay within [0, 1]: Blender cuts off what is outside.
+        let extreme = |pick: fn(f64, f64) -> f64, k: usize| coefficients.iter().map(|row| row[k]).reduce(pick);
+        let lows: Vec<f64> = (0..count).map(|k| extreme(f64::min, k).unwrap_or(0.0)).collect();
+        let scales: Vec<f64> = (0..count)
+            .map(|k| extreme(f64::max, k).unwrap_or(0.0) - lows[k])
+            .map(|scale| if scale > 0.0 { scale } else { 1.0 })
+            .collect();
+        pca.expand(&lows, base.as_flattened_mut());
+        let weights: Vec<f32> = coefficients
+            .iter()
+            .flat_map(|row| (0..count).map(|k| ((row[k] - lows[k]) / scales[k]).clamp(0.0, 1.0) as f32))
+            .collect();
+        let scaled = |k: usize| pca.component(k).iter().map(|&x| (f64::from(x) * scales[k]) as f32).collect();
+        let positions: Vec<Vec<f32>> = (0..count).map(scaled).collect();
+        let chosen_weights: Vec<f32> =
+            chosen.iter().flat_map(|&frame| weights[frame * count..][..count].iter().copied()).collect();
+        let mut normal_targets = fit_normals(normals, &chosen_weights, count)?;
+        let base_normals = base_under(&normals[0], &chosen_weights[..count], &mut normal_targets);
+        let targets = positions
+            .into_iter()
+            .zip(normal_targets)
+            .map(|(positions, normals)| Target { positions: points(&positions), normals })
+            .collect();
+        Ok(Morph { base, base_normals, targets, weights })
+    }
 }
 
 /// How many components bring every vertex of every frame within the tolerance, or all there are.
@@ -101,12 +134,36 @@ fn sufficient_count(pca: &Pca, samples: &[&[f32]], coefficients: &[Vec<f64>], to
     pca.count()
 }
 
-/// The normal targets for which those of the first frame + Σ weight · target come closest to all (least squares).
+/// The unit normals from which the targets at the weights of the first frame lead to its normals.
+///
+/// Viewers bring sums of normals to unit length, so each base normal and its targets may be scaled alike.
+fn base_under(first: &[[f32; 3]], weights: &[f32], targets: &mut [Vec<[f32; 3]>]) -> Vec<[f32; 3]> {
+    let mut base = first.to_vec();
+    for (vertex, normal) in base.iter_mut().enumerate() {
+        for (target, weight) in targets.iter().zip(weights) {
+            *normal = std::array::from_fn(|axis| normal[axis] - weight * target[vertex][axis]);
+        }
+        let length = normal.iter().map(|x| x * x).sum::<f32>().sqrt();
+        if length > SHORTEST_NORMAL {
+            *normal = normal.map(|x| x / length);
+            for target in targets.iter_mut() {
+                target[vertex] = target[vertex].map(|x| x / length);
+            }
+        } else {
+            *normal = first[vertex];
+        }
+    }
+    base
+}
+
+/// The normal targets for which those of the first frame + Σ (weight - first weight) · target come closest to all (least
+/// squares).
 fn fit_normals(normals: &[Vec<[f32; 3]>], weights: &[f32], count: usize) -> Result<Vec<Vec<[f32; 3]>>, SolveError> {
     if count == 0 {
         return Ok(Vec::new());
     }
-    let regressors = Matrix::from_fn(normals.len(), count, |frame, k| f64::from(weights[frame * count + k]));
+    let regressors =
+        Matrix::from_fn(normals.len(), count, |frame, k| f64::from(weights[frame * count + k] - weights[k]));
     let base = normals[0].as_flattened();
     let mut wanted = Matrix::zeros(normals.len(), base.len());
     for (index, frame) in normals.iter().enumerate() {
@@ -118,46 +175,15 @@ fn fit_normals(normals: &[Vec<[f32; 3]>], weights: &[f32], count: usize) -> Resu
     Ok((0..count).map(|k| points(&fitted.row(k).iter().map(|&x| x as f32).collect::<Vec<_>>())).collect())
 }
 
-/// Unit vertex normals, weighted by the area of the faces around; up where there is no area.
-pub(super) fn normals(faces: &[[u32; 3]], vertices: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    let mut sums = vec![[0.0f64; 3]; vertices.len()];
-    for face in faces {
-        let [a, b, c] = face.map(|vertex| vertices[vertex as usize].map(f64::from));
-        let u: [f64; 3] = std::array::from_fn(|axis| b[axis] - a[axis]);
-        let v: [f64; 3] = std::array::from_fn(|axis| c[axis] - a[axis]);
-        let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-        for vertex in face {
-            for axis in 0..3 {
-                sums[*vertex as usize][axis] += cross[axis];
-            }
-        }
-    }
-    let unit = |sum: &[f64; 3]| {
-        let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if length > 0.0 { sum.map(|x| (x / length) as f32) } else { [0.0, 1.0, 0.0] }
-    };
-    sums.iter().map(unit).collect()
-}
-
 fn points(flat: &[f32]) -> Vec<[f32; 3]> {
     flat.as_chunks::<3>().0.to_vec()
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Options, encode, normals};
+    use super::{Basis, Options};
+    use crate::animated::normals;
     use modiste_core::shapes::icosphere;
-
-    #[test]
-    fn normals_of_a_ball_point_outward() {
-        let ball = icosphere(2);
-        let vertices: Vec<[f32; 3]> = ball.vertices.iter().map(|v| v.as_vec3().to_array()).collect();
-        for (normal, vertex) in normals(ball.topology.faces(), &vertices).iter().zip(&ball.vertices) {
-            let along: f64 = (0..3).map(|axis| f64::from(normal[axis]) * vertex[axis]).sum::<f64>() / vertex.length();
-            assert!(along > 0.999, "{along}");
-        }
-        assert_eq!(normals(&[], &[[1.0; 3]]), [[0.0, 1.0, 0.0]]);
-    }
 
     #[test]
     fn morphed_normals_follow_a_turn() {
@@ -171,7 +197,10 @@ mod tests {
             .collect();
         let faces = ball.topology.faces();
         let turned: Vec<_> = frames.iter().map(|frame| normals(faces, frame)).collect();
-        let morph = encode(&frames, &turned, Options { tolerance: 1e-4, max_targets: 9, max_bones: 0 }).unwrap();
+        let basis = Basis::learn(&frames, Options { tolerance: 1e-4, max_targets: 9, max_bones: 0 }).unwrap();
+        let coefficients: Vec<_> = frames.iter().map(|frame| basis.coefficients(frame)).collect();
+        let chosen: Vec<usize> = (0..frames.len()).collect();
+        let morph = basis.morph(&coefficients, &chosen, &turned).unwrap();
         assert_eq!(morph.targets.len(), 2);
         let count = morph.targets.len();
         for (index, normals) in turned.iter().enumerate() {

@@ -5,7 +5,9 @@
 
 use modiste_core::{Mat3, Matrix, Quat, SolveError, Vec3, solve_spd};
 
-use super::AnimatedMesh;
+use super::{AnimatedMesh, Fault, spread};
+use crate::IoError;
+use crate::animated::FrameSource;
 
 /// Vertices (of all meshes together) that the bones are found from.
 const SAMPLE_VERTICES: usize = 600;
@@ -60,40 +62,50 @@ fn point(vertex: [f32; 3]) -> Vec3 {
     Vec3::from(vertex.map(f64::from))
 }
 
-/// At most `most` of the numbers below `count`, evenly spaced, the first among them.
-fn spread(count: usize, most: usize) -> Vec<usize> {
-    let taken = count.min(most);
-    (0..taken).map(|index| index * count / taken).collect()
-}
-
 impl Skeleton {
     /// Finds at most `most` bones for meshes that all have the same number of frames.
-    pub(super) fn find(meshes: &[&AnimatedMesh<'_>], most: usize) -> Self {
+    pub(super) fn find(meshes: &[&AnimatedMesh<'_>], most: usize) -> Result<Self, IoError> {
         let vertices: Vec<(usize, usize)> = meshes
             .iter()
             .enumerate()
-            .flat_map(|(mesh, data)| (0..data.frames[0].len()).map(move |vertex| (mesh, vertex)))
+            .flat_map(|(mesh, data)| (0..data.vertex_count()).map(move |vertex| (mesh, vertex)))
             .collect();
         let samples: Vec<_> = spread(vertices.len(), SAMPLE_VERTICES).into_iter().map(|at| vertices[at]).collect();
-        let frame_count = meshes[0].frames.len();
-        let tracks: Vec<Vec<Vec3>> = (0..frame_count)
-            .map(|frame| samples.iter().map(|&(mesh, vertex)| point(meshes[mesh].frames[frame][vertex])).collect())
+        let mut read = vec![Vec::new(); meshes.len()];
+        let mut sample = |frame: usize| -> Result<Vec<Vec3>, IoError> {
+            for (mesh, vertices) in meshes.iter().zip(&mut read) {
+                mesh.frames.read(frame, vertices)?;
+            }
+            Ok(samples.iter().map(|&(mesh, vertex)| point(read[mesh][vertex])).collect())
+        };
+        let frame_count = meshes[0].frames.frame_count();
+        let coarse = spread(frame_count, SAMPLE_FRAMES).into_iter().map(&mut sample).collect::<Result<Vec<_>, _>>()?;
+        let mut bones: Vec<(Vec<usize>, Bone)> = cluster(&coarse, most)
+            .into_iter()
+            .map(|members| (members.clone(), Bone::at_rest(&coarse[0], &members)))
             .collect();
-        let coarse: Vec<Vec<Vec3>> =
-            spread(frame_count, SAMPLE_FRAMES).into_iter().map(|frame| tracks[frame].clone()).collect();
-        let clusters = cluster(&coarse, most);
-        let bones: Vec<Bone> = clusters.iter().map(|members| fit(&tracks, members)).collect();
+        for frame in 0..frame_count {
+            let points = sample(frame)?;
+            for (members, bone) in &mut bones {
+                bone.follow(&coarse[0], &points, members);
+            }
+        }
+        let bones: Vec<Bone> = bones.into_iter().map(|(_, bone)| bone).collect();
         let motions = (0..frame_count).map(|frame| bones.iter().map(|bone| bone.motion(frame)).collect()).collect();
-        Self { bones, motions }
+        Ok(Self { bones, motions })
     }
 
     /// The bones that each vertex of a mesh follows, by least squares over some of the frames.
-    pub(super) fn influences(&self, frames: &[Vec<[f32; 3]>]) -> Result<Influences, SolveError> {
-        let chosen = spread(frames.len(), SAMPLE_FRAMES);
+    pub(super) fn influences(&self, frames: &dyn FrameSource) -> Result<Influences, Fault> {
+        let chosen = spread(frames.frame_count(), SAMPLE_FRAMES);
+        let mut samples = vec![Vec::new(); chosen.len()];
+        for (&frame, vertices) in chosen.iter().zip(&mut samples) {
+            frames.read(frame, vertices)?;
+        }
         let mut influences = Influences { joints: Vec::new(), weights: Vec::new() };
-        for (vertex, rest) in frames[0].iter().enumerate() {
+        for (vertex, rest) in samples[0].iter().enumerate() {
             let rest = point(*rest);
-            let wanted: Vec<Vec3> = chosen.iter().map(|&frame| point(frames[frame][vertex])).collect();
+            let wanted: Vec<Vec3> = samples.iter().map(|frame| point(frame[vertex])).collect();
             let placed = |bone: usize| chosen.iter().map(move |&frame| self.motions[frame][bone].apply(rest));
             let error = |bone: usize| placed(bone).zip(&wanted).map(|(x, y)| x.distance_squared(*y)).sum::<f64>();
             let mut ranking: Vec<(f64, usize)> = (0..self.bones.len()).map(|bone| (error(bone), bone)).collect();
@@ -105,7 +117,7 @@ impl Skeleton {
                 .map(|(at, weight)| (candidates[at] as u8, weight))
                 .collect();
             let flat = |frame: usize| self.blend(frame, &blend).turn.determinant() < SMALLEST_DETERMINANT;
-            if (0..frames.len()).any(flat) {
+            if (0..self.motions.len()).any(flat) {
                 blend = vec![(candidates[0] as u8, 1.0)];
             }
             influences.push(&blend);
@@ -113,16 +125,12 @@ impl Skeleton {
         Ok(influences)
     }
 
-    /// The frames of a mesh carried back to the rest shape by the inverse of its skinning.
-    pub(super) fn unpose(&self, frames: &[Vec<[f32; 3]>], influences: &Influences) -> Vec<Vec<[f32; 3]>> {
-        let unpose = |(frame, vertices): (usize, &Vec<[f32; 3]>)| {
-            let back = |(vertex, x): (usize, &[f32; 3])| {
-                let motion = self.blend(frame, &influences.of(vertex));
-                (motion.turn.inverse() * (point(*x) - motion.shift)).as_vec3().to_array()
-            };
-            vertices.iter().enumerate().map(back).collect()
-        };
-        frames.iter().enumerate().map(unpose).collect()
+    /// Carries the vertices of a frame back to the rest shape by the inverse of the skinning.
+    pub(super) fn unpose(&self, frame: usize, influences: &Influences, shape: &mut [[f32; 3]]) {
+        for (vertex, x) in shape.iter_mut().enumerate() {
+            let motion = self.blend(frame, &influences.of(vertex));
+            *x = (motion.turn.inverse() * (point(*x) - motion.shift)).as_vec3().to_array();
+        }
     }
 
     /// The unit normals of the rest shape that a viewer, which turns normals by the blended rotations, shows as these.
@@ -170,6 +178,24 @@ impl Influences {
 }
 
 impl Bone {
+    /// A bone before the first frame.
+    fn at_rest(rest: &[Vec3], members: &[usize]) -> Self {
+        Self { centre: mean(rest, members), rotations: Vec::new(), positions: Vec::new() }
+    }
+
+    /// Adds the motion of the members to the next frame.
+    fn follow(&mut self, rest: &[Vec3], frame: &[Vec3], members: &[usize]) {
+        let position = mean(frame, members);
+        let mut covariance = Mat3::ZERO;
+        for &sample in members {
+            let (from, to) = (rest[sample] - self.centre, frame[sample] - position);
+            covariance += Mat3::from_cols(to * from.x, to * from.y, to * from.z);
+        }
+        let start = self.rotations.last().copied().unwrap_or(Quat::IDENTITY);
+        self.rotations.push(nearest_rotation(&covariance, start));
+        self.positions.push(position);
+    }
+
     fn motion(&self, frame: usize) -> Motion {
         let turn = Mat3::from_quat(self.rotations[frame]);
         Motion { turn, shift: self.positions[frame] - turn * self.centre }
@@ -244,23 +270,15 @@ fn assign(tracks: &[Vec<Vec3>], bones: &[Bone], groups: &mut Vec<Vec<usize>>, er
 
 /// The rigid motion of the members from the first frame to each (least squares).
 fn fit(tracks: &[Vec<Vec3>], members: &[usize]) -> Bone {
-    let mean = |frame: &Vec<Vec3>| members.iter().map(|&sample| frame[sample]).sum::<Vec3>() / members.len() as f64;
-    let centre = mean(&tracks[0]);
-    let mut rotation = Quat::IDENTITY;
-    let (rotations, positions) = tracks
-        .iter()
-        .map(|frame| {
-            let position = mean(frame);
-            let mut covariance = Mat3::ZERO;
-            for &sample in members {
-                let (from, to) = (tracks[0][sample] - centre, frame[sample] - position);
-                covariance += Mat3::from_cols(to * from.x, to * from.y, to * from.z);
-            }
-            rotation = nearest_rotation(&covariance, rotation);
-            (rotation, position)
-        })
-        .unzip();
-    Bone { centre, rotations, positions }
+    let mut bone = Bone::at_rest(&tracks[0], members);
+    for frame in tracks {
+        bone.follow(&tracks[0], frame, members);
+    }
+    bone
+}
+
+fn mean(points: &[Vec3], members: &[usize]) -> Vec3 {
+    members.iter().map(|&sample| points[sample]).sum::<Vec3>() / members.len() as f64
 }
 
 /// The rotation closest to a matrix, found by turning from `start` (Müller et al. 2016): works for singular matrices too.
@@ -365,16 +383,19 @@ mod tests {
             name: "bar",
             faces: &[],
             frames: &frames,
+            uv: None,
+            vertex_colours: None,
             colour: [1.0; 4],
             roughness: 1.0,
             double_sided: false,
         };
-        let skeleton = Skeleton::find(&[&mesh], 2);
+        let skeleton = Skeleton::find(&[&mesh], 2).unwrap();
         assert_eq!(skeleton.bones.len(), 2);
         let influences = skeleton.influences(&frames).unwrap();
-        let unposed = skeleton.unpose(&frames, &influences);
         let mut largest_offset = 0.0f64;
-        for (frame, shape) in unposed.iter().enumerate() {
+        for (frame, given) in frames.iter().enumerate() {
+            let mut shape = given.clone();
+            skeleton.unpose(frame, &influences, &mut shape);
             let mut posed = shape.clone();
             skeleton.pose(frame, &influences, &mut posed);
             for (at, wanted) in frames[frame].iter().enumerate() {

@@ -1,5 +1,6 @@
 //! Numpy archives (`.npz`): named arrays in a zip, plain or compressed, in both directions.
 
+mod stream;
 mod write;
 
 use std::fs::File;
@@ -14,7 +15,8 @@ use crate::IoError;
 use crate::error::quote;
 use crate::file::{MAX_BYTES, read_bounded};
 use crate::npy::{self, Header, Kind};
-pub use write::{ArchiveWriter, Element, Writer};
+pub use stream::for_each_row;
+pub use write::{ArchiveWriter, ArrayWriter, Element, Writer};
 
 /// An array in row-major order.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +36,7 @@ impl<T: Read + Seek + Send> Source for T {}
 pub struct Reader {
     archive: Mutex<ZipArchive<Box<dyn Source>>>,
     names: Vec<String>,
+    order: Vec<String>,
     file: String,
 }
 
@@ -65,15 +68,33 @@ impl Reader {
     fn new(source: Box<dyn Source>, file: &str) -> Result<Self, IoError> {
         let archive =
             ZipArchive::new(source).map_err(|error| IoError::field(file, "the archive", "a numpy npz (zip)", error))?;
-        let mut names: Vec<String> =
+        let order: Vec<String> =
             archive.file_names().flatten().map(|name| name.strip_suffix(".npy").unwrap_or(&name).to_owned()).collect();
+        let mut names = order.clone();
         names.sort();
-        Ok(Self { archive: Mutex::new(archive), names, file: file.to_owned() })
+        Ok(Self { archive: Mutex::new(archive), names, order, file: file.to_owned() })
     }
 
     /// The names of the arrays, sorted.
     pub fn names(&self) -> &[String] {
         &self.names
+    }
+
+    /// The names of the arrays as they stand in the file.
+    pub fn names_in_order(&self) -> &[String] {
+        &self.order
+    }
+
+    /// The extents of an array, of which nothing but the header is read.
+    ///
+    /// # Errors
+    /// [`IoError`] when it is missing or its header is damaged.
+    pub fn shape(&self, name: &str) -> Result<Vec<usize>, IoError> {
+        let mut archive = self.archive.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut entry = archive
+            .by_name(&format!("{name}.npy"))
+            .map_err(|error| self.wrong(name, "a readable entry", error.to_string()))?;
+        Ok(npy::read_header(&mut entry, &self.file, name)?.shape)
     }
 
     /// Whether there is an array of that name.

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::io::{self, Seek, SeekFrom, Write};
+use std::marker::PhantomData;
 use std::path::Path;
 
 use modiste_core::Vec3;
@@ -147,22 +148,26 @@ impl<W: Write + Seek> ArchiveWriter<W> {
         shape: &[usize],
         pieces: impl IntoIterator<Item = &'d [T]>,
     ) -> io::Result<()> {
+        let mut array = self.start(name, shape)?;
+        for piece in pieces {
+            array.push(piece)?;
+        }
+        array.finish()
+    }
+
+    /// Starts an array whose elements are pushed piece by piece.
+    ///
+    /// # Errors
+    /// Why it could not be written.
+    pub fn start<T: Element>(&mut self, name: &str, shape: &[usize]) -> io::Result<ArrayWriter<'_, W, T>> {
         let wanted = shape.iter().try_fold(1usize, |product, &extent| product.checked_mul(extent));
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
             .large_file(wanted.is_none_or(|count| count.saturating_mul(size_of::<T>()) > 0xf000_0000));
         self.archive.start_file(format!("{name}.npy"), options)?;
         npy::write_header(&mut self.archive, T::SPELLING, shape)?;
-        let mut count = 0usize;
-        for piece in pieces {
-            count += piece.len();
-            self.archive.write_all(bytemuck::cast_slice(piece))?;
-        }
-        if wanted == Some(count) {
-            return Ok(());
-        }
-        let reason = format!("array \"{name}\" of shape {shape:?} got {count} elements");
-        Err(io::Error::new(io::ErrorKind::InvalidInput, reason))
+        let described = format!("array \"{name}\" of shape {shape:?}");
+        Ok(ArrayWriter { archive: &mut self.archive, wanted, count: 0, described, element: PhantomData })
     }
 
     /// Writes the directory of the archive.
@@ -176,6 +181,44 @@ impl<W: Write + Seek> ArchiveWriter<W> {
             return Err(io::Error::other("an earlier part of the archive could not be written"));
         }
         Ok(())
+    }
+}
+
+/// An array that is being written into an archive.
+pub struct ArrayWriter<'a, W: Write + Seek, T> {
+    archive: &'a mut ZipWriter<Latched<W>>,
+    wanted: Option<usize>,
+    count: usize,
+    described: String,
+    element: PhantomData<T>,
+}
+
+impl<W: Write + Seek, T> std::fmt::Debug for ArrayWriter<'_, W, T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ArrayWriter").field("array", &self.described).field("count", &self.count).finish()
+    }
+}
+
+impl<W: Write + Seek, T: Element> ArrayWriter<'_, W, T> {
+    /// Adds the next elements.
+    ///
+    /// # Errors
+    /// Why they could not be written.
+    pub fn push(&mut self, piece: &[T]) -> io::Result<()> {
+        self.count += piece.len();
+        self.archive.write_all(bytemuck::cast_slice(piece))
+    }
+
+    /// Ends the array.
+    ///
+    /// # Errors
+    /// That the pieces do not add up to the shape.
+    pub fn finish(self) -> io::Result<()> {
+        if self.wanted == Some(self.count) {
+            return Ok(());
+        }
+        let reason = format!("{} got {} elements", self.described, self.count);
+        Err(io::Error::new(io::ErrorKind::InvalidInput, reason))
     }
 }
 

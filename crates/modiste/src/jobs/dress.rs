@@ -7,7 +7,7 @@ use modiste_core::Progress;
 use modiste_garment::DrapeModel;
 use modiste_garment::refine::FitOptions;
 use modiste_io::StagedFolder;
-use modiste_scene::{Person, Report, Subject, write_results};
+use modiste_scene::{Contents, FitMap, Format, Person, Report, Subject, write_results};
 use serde::Serialize;
 use std::sync::Arc;
 
@@ -27,6 +27,10 @@ pub struct Dress {
     pub garments: Vec<String>,
     /// How much of the motion; all of a file or four seconds of an action when absent.
     pub length: Option<Length>,
+    /// The forms in which the animation is written.
+    pub formats: Vec<Format>,
+    /// Whether ease and strain are mapped.
+    pub fit_map: bool,
     /// The folder for the results. Files of the same names in it are replaced.
     pub out: PathBuf,
 }
@@ -49,6 +53,8 @@ impl Default for Dress {
             motion: MotionChoice::Action(super::Action::Walk),
             garments: vec!["tshirt".to_owned(), "shorts".to_owned()],
             length: None,
+            formats: Format::DEFAULT.to_vec(),
+            fit_map: false,
             out: PathBuf::from("out/dress"),
         }
     }
@@ -78,15 +84,18 @@ impl Dress {
         reporter.finish("load");
         let person = Person::new(body, garments)?;
         let motion = self.motion.motion(person.body(), self.length, person.fps(), reporter)?;
-        let animation = person.animate(&motion, &FitOptions::default(), reporter)?;
+        let animation = person.animate_on_disk(&motion, &FitOptions::default(), folder.path(), reporter)?;
+        let fit_map = self.fit_map.then(|| FitMap::of(&person, &animation, reporter)).transpose()?;
         let subject = Subject {
             gender: self.gender.name().to_owned(),
             shape: person.body().shape().to_vec(),
             motion: self.motion.name(),
             garments: person.garments().iter().map(|model| model.garment().name.clone()).collect(),
         };
+        let warnings = reporter.warnings();
+        let contents = Contents { subject, warnings, formats: &self.formats, fit_map: fit_map.as_ref() };
         reporter.start("write", 1);
-        let (report, files) = write_results(&animation, subject, reporter.warnings(), folder)?;
+        let (report, files) = write_results(&animation, contents, folder, reporter)?;
         reporter.finish("write");
         for file in &files {
             reporter.wrote(file);

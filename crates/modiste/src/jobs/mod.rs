@@ -1,10 +1,13 @@
 //! What can be asked for.
 
+mod bench_dress;
 mod body_choice;
 mod body_make;
 mod body_measure;
 mod body_population;
 mod body_train;
+mod check;
+mod crowd;
 mod design_choice;
 mod dress;
 mod garment_evaluate;
@@ -16,11 +19,14 @@ mod motion_choice;
 
 use serde::Serialize;
 
+pub use bench_dress::{BenchDress, BenchRow, BenchedDress};
 pub use body_choice::BodyChoice;
 pub use body_make::{BodyMake, MadeBody};
 pub use body_measure::{BodyMeasure, MeasuredBody};
 pub use body_population::{BodyPopulation, MadePopulation};
 pub use body_train::{BodyTrain, TrainedBody};
+pub use check::{Check, Checked};
+pub use crowd::{Character, Crowd, CrowdReport, MadeCrowd};
 pub use design_choice::DesignChoice;
 pub use dress::{Dress, Dressed};
 pub use garment_evaluate::{EvaluatedGarment, GarmentEvaluate};
@@ -38,6 +44,12 @@ use crate::{JobError, Listener};
 pub enum Job {
     /// Dresses a moving body.
     Dress(Dress),
+    /// Times characters.
+    BenchDress(BenchDress),
+    /// Checks a dressed result.
+    Check(Check),
+    /// Makes many people.
+    Crowd(Crowd),
     /// Makes a body from measurements.
     BodyMake(BodyMake),
     /// Measures a body.
@@ -64,6 +76,12 @@ pub enum Job {
 pub enum Outcome {
     /// Of [`Job::Dress`].
     Dressed(Dressed),
+    /// Of [`Job::BenchDress`].
+    BenchedDress(BenchedDress),
+    /// Of [`Job::Check`].
+    Checked(Checked),
+    /// Of [`Job::Crowd`].
+    MadeCrowd(MadeCrowd),
     /// Of [`Job::BodyMake`].
     MadeBody(MadeBody),
     /// Of [`Job::BodyMeasure`].
@@ -92,6 +110,9 @@ pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
     let reporter = Reporter::new(listener);
     match job {
         Job::Dress(job) => job.run(&reporter).map(Outcome::Dressed),
+        Job::BenchDress(job) => job.run(&reporter).map(Outcome::BenchedDress),
+        Job::Check(job) => job.run(&reporter).map(Outcome::Checked),
+        Job::Crowd(job) => job.run(&reporter).map(Outcome::MadeCrowd),
         Job::BodyMake(job) => job.run(&reporter).map(Outcome::MadeBody),
         Job::BodyMeasure(job) => job.run().map(Outcome::MeasuredBody),
         Job::BodyPopulation(job) => job.run(&reporter).map(Outcome::MadePopulation),

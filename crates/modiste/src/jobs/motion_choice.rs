@@ -89,7 +89,8 @@ impl Length {
         check_range("length of the animation", self.seconds(fps), (0.03, LONGEST_SECONDS), "s")
     }
 
-    fn frames(self, fps: f64) -> usize {
+    /// Number of frames.
+    pub(crate) fn frames(self, fps: f64) -> usize {
         match self {
             Self::Seconds(seconds) => (seconds * fps).round().max(1.0) as usize,
             Self::Frames(frames) => frames,
