@@ -10,6 +10,8 @@ use modiste::{
     MotionChoice, Quantity, Sources, UpAxis,
 };
 
+use crate::hair::{BenchHairArguments, HairArguments, HairCommand};
+
 /// Dressed virtual people, learned from data.
 #[derive(Debug, Parser)]
 #[command(name = "modiste", version, arg_required_else_help = true)]
@@ -38,6 +40,9 @@ enum Command {
     /// Simulate and learn garments.
     #[command(subcommand)]
     Garment(GarmentCommand),
+    /// Learn hair, and let it follow a motion.
+    #[command(subcommand)]
+    Hair(HairCommand),
     /// Measure how long a frame takes on this machine.
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -68,6 +73,9 @@ enum BenchCommand {
     /// Time the outfits of DRAPE's table 1 from the pose in to the vertices out, one character at a time.
     #[command(after_help = "Example:\n  modiste bench dress --json")]
     Dress(BenchDressArguments),
+    /// Time learned hair beside our physics.
+    #[command(after_help = "Example:\n  modiste bench hair --json")]
+    Hair(BenchHairArguments),
 }
 
 #[derive(Debug, Subcommand)]
@@ -108,6 +116,8 @@ struct DressArguments {
     /// Garments, with commas between: names of those that ship, or model files; `none` for the bare body.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "tshirt,shorts")]
     garments: Vec<String>,
+    #[command(flatten)]
+    hair: HairArguments,
     /// Number of frames (30 a second); otherwise all of the file, or 4 seconds.
     #[arg(long, value_name = "NUMBER", conflicts_with = "seconds")]
     frames: Option<usize>,
@@ -428,7 +438,7 @@ struct BodyArguments {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum GenderName {
+pub(crate) enum GenderName {
     Female,
     Male,
 }
@@ -464,6 +474,8 @@ impl Arguments {
     pub(crate) fn job(&self) -> Result<Job> {
         Ok(match &self.command {
             Command::Dress(arguments) => Job::Dress(arguments.job()),
+            Command::Hair(command) => command.job(),
+            Command::Bench(BenchCommand::Hair(arguments)) => Job::BenchHair(arguments.job()),
             Command::Bench(BenchCommand::Dress(arguments)) => Job::BenchDress(BenchDress {
                 gender: arguments.gender.into(),
                 threads: arguments.threads.clone(),
@@ -503,6 +515,8 @@ impl Arguments {
     pub(crate) fn json(&self) -> bool {
         match &self.command {
             Command::Dress(arguments) => arguments.json,
+            Command::Hair(command) => command.json(),
+            Command::Bench(BenchCommand::Hair(arguments)) => arguments.json,
             Command::Bench(BenchCommand::Dress(arguments)) => arguments.json,
             Command::Check(arguments) => arguments.json,
             Command::Crowd(arguments) => arguments.json,
@@ -531,6 +545,7 @@ impl DressArguments {
             body: self.body.choice(),
             motion,
             garments: self.garments.iter().filter(|name| *name != "none").cloned().collect(),
+            hair: self.hair.choice(),
             length,
             formats: formats(&self.format),
             fit_map: self.fit_map,

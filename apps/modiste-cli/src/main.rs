@@ -1,6 +1,7 @@
 //! The `modiste` command: words in, a [`Job`], and its events on the terminal.
 
 mod arguments;
+mod hair;
 mod progress;
 mod results;
 

@@ -10,7 +10,8 @@ use modiste_garment::refine::penetration::measure_with;
 use modiste_garment::refine::{FitOptions, Penetration as FramePenetration};
 
 use crate::animation::{GarmentFit, Penetration, Store, Track};
-use crate::{Animation, Dresser, SceneError, Timing};
+use crate::hair::HairRecorder;
+use crate::{Animation, Dresser, SceneError, Timing, WornStyle};
 
 /// Colour of the body in pictures (sRGB).
 const SKIN: [f32; 3] = [0.80, 0.63, 0.54];
@@ -24,6 +25,7 @@ const BODY: &str = "body";
 pub struct Person {
     body: Body,
     garments: Vec<Arc<DrapeModel>>,
+    hair: Option<WornStyle>,
 }
 
 impl Person {
@@ -47,7 +49,13 @@ impl Person {
             }
         }
         garments.sort_by_key(|model| model.garment().waist_band.is_empty());
-        Ok(Self { body, garments })
+        Ok(Self { body, garments, hair: None })
+    }
+
+    /// The same person with hair.
+    #[must_use]
+    pub fn with_hair(self, hair: WornStyle) -> Self {
+        Self { hair: Some(hair), ..self }
     }
 
     /// The body.
@@ -116,11 +124,18 @@ impl Person {
         let mut timing = Timing::default();
         let mut before = vec![Vec::new(); self.garments.len()];
         let mut after = before.clone();
+        let hair =
+            self.hair.as_ref().map(|hair| HairRecorder::new(hair, &self.body, &self.garments, motion.frames.len()));
+        let mut hair = hair.transpose()?;
         progress.start(STAGE, motion.frames.len());
         for (frame, pose) in motion.frames.iter().enumerate() {
             dresser.step(pose);
             timing.push(dresser.times());
             let body = dresser.body_vertices();
+            if let Some(hair) = &mut hair {
+                let layers: Vec<&[Vec3]> = (0..dresser.garment_count()).map(|layer| dresser.vertices(layer)).collect();
+                hair.step(frame, pose, body, &layers)?;
+            }
             tree.refit(body);
             stores[0].push(body)?;
             for (layer, store) in stores[1..].iter_mut().enumerate() {
@@ -132,7 +147,8 @@ impl Person {
         }
         progress.finish(STAGE);
         let fits = self.fits(&before, &after);
-        Ok(Animation { fps: motion.fps, tracks: self.tracks(stores)?, headings: headings(motion), timing, fits })
+        let (tracks, hair) = (self.tracks(stores)?, hair.and_then(HairRecorder::finish));
+        Ok(Animation { fps: motion.fps, tracks, hair, headings: headings(motion), timing, fits })
     }
 
     fn tracks(&self, stores: Vec<Store>) -> Result<Vec<Track>, SceneError> {

@@ -4,6 +4,7 @@ mod cloth;
 mod fit;
 mod garment_shape;
 mod garments;
+mod hair;
 mod make;
 mod page;
 mod physics;
@@ -44,6 +45,8 @@ enum Which {
     Garments,
     /// The simulation that garments are learned from: fabrics, convergence, wear and cost.
     Physics,
+    /// Learned hair beside the figures of Guan's chapter 6.
+    Hair,
 }
 
 impl Which {
@@ -53,6 +56,7 @@ impl Which {
             Self::Main => "main",
             Self::Garments => "garments",
             Self::Physics => "physics",
+            Self::Hair => "hair",
         }
     }
 
@@ -61,6 +65,7 @@ impl Which {
             Self::Main => "What the main job shows",
             Self::Garments => "What the learned garments are worth",
             Self::Physics => "Whether the simulation behaves like cloth",
+            Self::Hair => "What learned hair is worth",
         }
     }
 
@@ -69,6 +74,7 @@ impl Which {
             Self::Main => &MAIN,
             Self::Garments => &GARMENTS,
             Self::Physics => &PHYSICS,
+            Self::Hair => &HAIR,
         }
     }
 }
@@ -86,6 +92,12 @@ const PHYSICS: [Section; 4] = [
     Section { name: "convergence", measure: cloth::convergence::measure },
     Section { name: "wear", measure: cloth::wear::measure },
     Section { name: "cost", measure: cloth::cost::measure },
+];
+
+const HAIR: [Section; 3] = [
+    Section { name: "errors", measure: hair::errors },
+    Section { name: "collision", measure: hair::collision },
+    Section { name: "times", measure: hair::times },
 ];
 
 const MAIN: [Section; 8] = [

@@ -1,6 +1,7 @@
 //! What can be asked for.
 
 mod bench_dress;
+mod bench_hair;
 mod body_choice;
 mod body_make;
 mod body_measure;
@@ -15,11 +16,14 @@ mod garment_import;
 mod garment_learn;
 mod garment_simulate;
 mod garment_train;
+mod hair_choice;
+mod hair_learn;
 mod motion_choice;
 
 use serde::Serialize;
 
 pub use bench_dress::{BenchDress, BenchRow, BenchedDress};
+pub use bench_hair::{BenchHair, BenchHairRow, BenchedHair};
 pub use body_choice::BodyChoice;
 pub use body_make::{BodyMake, MadeBody};
 pub use body_measure::{BodyMeasure, MeasuredBody};
@@ -34,6 +38,8 @@ pub use garment_import::{GarmentImport, UpAxis};
 pub use garment_learn::{GarmentLearn, LearnedGarment};
 pub use garment_simulate::{GarmentSimulate, SimulatedGarment};
 pub use garment_train::{GarmentTrain, TrainedGarment};
+pub use hair_choice::HairChoice;
+pub use hair_learn::{HairLearn, LearnedHair};
 pub use motion_choice::{Action, Length, MotionChoice};
 
 use crate::event::Reporter;
@@ -50,6 +56,10 @@ pub enum Job {
     Check(Check),
     /// Makes many people.
     Crowd(Crowd),
+    /// Simulates and learns hair.
+    HairLearn(HairLearn),
+    /// Times learned hair.
+    BenchHair(BenchHair),
     /// Makes a body from measurements.
     BodyMake(BodyMake),
     /// Measures a body.
@@ -82,6 +92,10 @@ pub enum Outcome {
     Checked(Checked),
     /// Of [`Job::Crowd`].
     MadeCrowd(MadeCrowd),
+    /// Of [`Job::HairLearn`].
+    LearnedHair(LearnedHair),
+    /// Of [`Job::BenchHair`].
+    BenchedHair(BenchedHair),
     /// Of [`Job::BodyMake`].
     MadeBody(MadeBody),
     /// Of [`Job::BodyMeasure`].
@@ -110,6 +124,8 @@ pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
     let reporter = Reporter::new(listener);
     match job {
         Job::Dress(job) => job.run(&reporter).map(Outcome::Dressed),
+        Job::HairLearn(job) => job.run(&reporter).map(Outcome::LearnedHair),
+        Job::BenchHair(job) => job.run(&reporter).map(Outcome::BenchedHair),
         Job::BenchDress(job) => job.run(&reporter).map(Outcome::BenchedDress),
         Job::Check(job) => job.run(&reporter).map(Outcome::Checked),
         Job::Crowd(job) => job.run(&reporter).map(Outcome::MadeCrowd),
