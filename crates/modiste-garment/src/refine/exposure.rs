@@ -194,7 +194,8 @@ impl Exposure {
 
     /// Whether the point of the surface that is nearest among those around it is so among all, and exposed.
     ///
-    /// It is where nothing faces it that is near, or where no vertex but those around it is. Not all that are so are told.
+    /// It is where nothing faces it that is near, or where no surface but that around it is within [`FREE`]; further out any
+    /// will do. Not all that are so are told.
     pub(crate) fn is_certain(&self, surface: &Obstacle, point: Vec3, at: &SurfacePoint) -> bool {
         if self.exposed_corners(surface, at.face) != 3 {
             return false;
