@@ -6,8 +6,8 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiste::{
     Action, BenchDress, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Check, Crowd, DesignChoice,
-    Dress, Format, GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice,
-    Quantity, Sources,
+    Dress, Format, GarmentEvaluate, GarmentImport, GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length,
+    MotionChoice, Quantity, Sources, UpAxis,
 };
 
 use crate::hair::{BenchHairArguments, HairArguments, HairCommand};
@@ -91,6 +91,11 @@ enum GarmentCommand {
     /// Measure a learned garment against physics on bodies and motions that it was not learned from.
     #[command(after_help = "Example:\n  modiste garment evaluate skirt.safetensors")]
     Evaluate(EvaluateArguments),
+    /// Learn a garment from what another program simulated: the mesh in motion, and the bodies below it.
+    #[command(
+        after_help = "Example:\n  modiste garment import --sequence sims/*.npz --bodies bodies/*.npz --gender female --out dress.safetensors"
+    )]
+    Import(ImportArguments),
     /// Learn a garment from its training set.
     #[command(
         after_help = "Example:\n  modiste garment train training/garments/male-tshirt --out assets/male-tshirt.safetensors"
@@ -316,6 +321,42 @@ struct LearnArguments {
 }
 
 #[derive(Debug, Args)]
+struct ImportArguments {
+    /// The garment as simulated: npz (`vertices` (F,V,3), `faces`), pc2, OBJ files with numbers, or folders. On at least
+    /// three bodies of other shapes in the template pose, one frame each, and on the mean body in motion.
+    #[arg(long, value_name = "FILES", num_args = 1.., required = true)]
+    sequence: Vec<PathBuf>,
+    /// The body of each sequence, under the same name: the same kinds of files, or BVH for a motion of the mean body; may be
+    /// left out where an npz has it in `body`.
+    #[arg(long, value_name = "FILES", num_args = 1..)]
+    bodies: Vec<PathBuf>,
+    /// OBJ of the garment's mesh on the mean body in the template pose; needed where all sequences are pc2.
+    #[arg(long, value_name = "FILE")]
+    mesh: Option<PathBuf>,
+    /// Whose bodies.
+    #[arg(long, value_enum, default_value = "female")]
+    gender: GenderName,
+    /// What the garment is called; otherwise like the model file.
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Frames a second of files that do not say so; otherwise 30.
+    #[arg(long, value_name = "NUMBER")]
+    fps: Option<f64>,
+    /// Which way is up in the files.
+    #[arg(long, value_enum, default_value = "y")]
+    up: UpName,
+    /// Folder for the training set; otherwise `training/garments/<gender>-<garment>`.
+    #[arg(long, value_name = "FOLDER")]
+    training: Option<PathBuf>,
+    /// The model file.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
 struct EvaluateArguments {
     /// The model file.
     model: PathBuf,
@@ -410,6 +451,12 @@ pub(crate) enum GenderName {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
+enum UpName {
+    Y,
+    Z,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
 enum FormatName {
     Glb,
     Usd,
@@ -458,6 +505,7 @@ impl Arguments {
             Command::Body(BodyCommand::Train(arguments)) => Job::BodyTrain(arguments.job()),
             Command::Garment(GarmentCommand::Simulate(arguments)) => Job::GarmentSimulate(arguments.job()),
             Command::Garment(GarmentCommand::Learn(arguments)) => Job::GarmentLearn(arguments.job()),
+            Command::Garment(GarmentCommand::Import(arguments)) => Job::GarmentImport(arguments.job()),
             Command::Garment(GarmentCommand::Evaluate(arguments)) => Job::GarmentEvaluate(GarmentEvaluate {
                 model: arguments.model.clone(),
                 training: arguments.training.clone(),
@@ -485,6 +533,7 @@ impl Arguments {
             Command::Body(BodyCommand::Train(arguments)) => arguments.json,
             Command::Garment(GarmentCommand::Simulate(arguments)) => arguments.json,
             Command::Garment(GarmentCommand::Learn(arguments)) => arguments.json,
+            Command::Garment(GarmentCommand::Import(arguments)) => arguments.json,
             Command::Garment(GarmentCommand::Evaluate(arguments)) => arguments.json,
             Command::Garment(GarmentCommand::Train(arguments)) => arguments.json,
         }
@@ -581,6 +630,28 @@ impl LearnArguments {
     }
 }
 
+impl ImportArguments {
+    fn job(&self) -> GarmentImport {
+        let gender: Gender = self.gender.into();
+        let named_by_file = || self.out.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let name = self.name.clone().unwrap_or_else(named_by_file);
+        GarmentImport {
+            gender,
+            sequences: self.sequence.clone(),
+            bodies: self.bodies.clone(),
+            mesh: self.mesh.clone(),
+            fps: self.fps,
+            up: match self.up {
+                UpName::Y => UpAxis::Y,
+                UpName::Z => UpAxis::Z,
+            },
+            training: self.training.clone().unwrap_or_else(|| garment_folder(gender, &name)),
+            name,
+            out: self.out.clone(),
+        }
+    }
+}
+
 impl DesignArguments {
     fn choice(&self) -> DesignChoice {
         let (name, fabric) = (self.name.clone(), self.fabric.clone());
@@ -599,7 +670,11 @@ fn sources(data: &Path) -> Sources {
 
 /// Where a training set lies unless another folder is named.
 fn training_folder(gender: Gender, design: &DesignChoice) -> PathBuf {
-    PathBuf::from(format!("training/garments/{}-{}", gender.name(), design.garment()))
+    garment_folder(gender, &design.garment())
+}
+
+fn garment_folder(gender: Gender, garment: &str) -> PathBuf {
+    PathBuf::from(format!("training/garments/{}-{garment}", gender.name()))
 }
 
 impl SourceArguments {

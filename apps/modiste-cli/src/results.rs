@@ -122,7 +122,7 @@ pub(crate) fn text(outcome: &Outcome) -> String {
             trained.bytes as f64 / 1e6
         ),
         Outcome::SimulatedGarment(made) => simulated_text(made),
-        Outcome::LearnedGarment(learned) => format!(
+        Outcome::LearnedGarment(learned) | Outcome::ImportedGarment(learned) => format!(
             "{}\n{}\nwrote {}",
             simulated_text(&learned.simulated),
             evaluated_text(&learned.evaluated),

@@ -9,6 +9,7 @@ pub mod motion;
 mod part;
 pub mod population;
 mod pose;
+pub mod recover;
 pub mod registration;
 pub mod scape;
 

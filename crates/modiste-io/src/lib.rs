@@ -26,6 +26,7 @@ pub mod pattern;
 pub mod pc2;
 pub mod ply;
 pub mod png;
+pub mod sequence;
 mod staged;
 pub mod table;
 mod text;

@@ -208,7 +208,8 @@ impl PatternSpec {
             return Err(IoError::field(name, "pattern.panels", "at least one panel", "none"));
         }
         for (panel_name, panel) in &self.pattern.panels {
-            panel.check(|wanted, found| IoError::field(name, format!("panel \"{panel_name}\""), wanted, found))?;
+            let wrong = |wanted, found| IoError::field(name, format!("panel \"{panel_name}\""), wanted, found);
+            panel.check(wrong)?;
         }
         for (index, stitch) in self.pattern.stitches.iter().enumerate() {
             for side in &stitch.sides {
@@ -230,15 +231,21 @@ impl PatternSpec {
     }
 }
 
+/// No coordinate of a garment is as large, in whatever unit; beyond, sums lose their digits.
+const LARGEST: f64 = 1e6;
+
+/// Panels are turned by at most so much (degrees); some programs count full turns.
+const LARGEST_TURN: f64 = 3600.0;
+
 impl Panel {
     fn check(&self, wrong: impl Fn(String, String) -> IoError) -> Result<(), IoError> {
-        let finite = |what: &str, numbers: &[f64]| match numbers.iter().find(|number| !number.is_finite()) {
-            Some(number) => Err(wrong(format!("finite numbers in {what}"), number.to_string())),
+        let within = |what: &str, limit: f64, numbers: &[f64]| match numbers.iter().find(|x| !(x.abs() <= limit)) {
+            Some(number) => Err(wrong(format!("numbers from -{limit} to {limit} in {what}"), format!("{number:e}"))),
             None => Ok(()),
         };
-        finite("translation", &self.translation)?;
-        finite("rotation", &self.rotation)?;
-        finite("vertices", self.vertices.as_flattened())?;
+        within("translation", LARGEST, &self.translation)?;
+        within("rotation", LARGEST_TURN, &self.rotation)?;
+        within("vertices", LARGEST, self.vertices.as_flattened())?;
         if self.edges.len() < 2 {
             return Err(wrong("an outline of two or more edges".to_owned(), self.edges.len().to_string()));
         }
@@ -259,7 +266,7 @@ impl Panel {
                 Some(Curvature::Curve(Curve::Cubic(points))) => points.as_flattened(),
                 Some(Curvature::Curve(Curve::Circle(params))) => params,
             };
-            finite(&format!("the curvature of edge {index}"), params)?;
+            within(&format!("the curvature of edge {index}"), LARGEST, params)?;
             if let Some(Curvature::Curve(Curve::Circle([radius, ..]))) = edge.curvature
                 && radius <= 0.0
             {

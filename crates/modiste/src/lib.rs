@@ -17,9 +17,9 @@ pub use event::{Event, Listener};
 pub use jobs::{
     Action, BenchDress, BenchHair, BenchHairRow, BenchRow, BenchedDress, BenchedHair, BodyChoice, BodyMake,
     BodyMeasure, BodyPopulation, BodyTrain, Character, Check, Checked, Crowd, CrowdReport, DesignChoice, Dress,
-    Dressed, EvaluatedGarment, GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, HairChoice, HairLearn,
-    Job, LearnedGarment, LearnedHair, Length, MadeBody, MadeCrowd, MadePopulation, MeasuredBody, MotionChoice, Outcome,
-    SimulatedGarment, TrainedBody, TrainedGarment, run,
+    Dressed, EvaluatedGarment, GarmentEvaluate, GarmentImport, GarmentLearn, GarmentSimulate, GarmentTrain, HairChoice,
+    HairLearn, Job, LearnedGarment, LearnedHair, Length, MadeBody, MadeCrowd, MadePopulation, MeasuredBody,
+    MotionChoice, Outcome, SimulatedGarment, TrainedBody, TrainedGarment, UpAxis, run,
 };
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};

@@ -1,5 +1,6 @@
 //! `cargo xtask report`: what the project claims, measured, as tables, plots and figures.
 
+mod cloth;
 mod fit;
 mod garment_shape;
 mod garments;
@@ -42,6 +43,8 @@ enum Which {
     Main,
     /// Every learned garment against physics on bodies and motions that it was not learned from.
     Garments,
+    /// The simulation that garments are learned from: fabrics, convergence, wear and cost.
+    Physics,
     /// Learned hair beside the figures of Guan's chapter 6.
     Hair,
 }
@@ -52,6 +55,7 @@ impl Which {
         match self {
             Self::Main => "main",
             Self::Garments => "garments",
+            Self::Physics => "physics",
             Self::Hair => "hair",
         }
     }
@@ -60,6 +64,7 @@ impl Which {
         match self {
             Self::Main => "What the main job shows",
             Self::Garments => "What the learned garments are worth",
+            Self::Physics => "Whether the simulation behaves like cloth",
             Self::Hair => "What learned hair is worth",
         }
     }
@@ -68,6 +73,7 @@ impl Which {
         match self {
             Self::Main => &MAIN,
             Self::Garments => &GARMENTS,
+            Self::Physics => &PHYSICS,
             Self::Hair => &HAIR,
         }
     }
@@ -80,6 +86,13 @@ struct Section {
 }
 
 const GARMENTS: [Section; 1] = [Section { name: "garments", measure: garments::measure }];
+
+const PHYSICS: [Section; 4] = [
+    Section { name: "fabrics", measure: cloth::fabrics::measure },
+    Section { name: "convergence", measure: cloth::convergence::measure },
+    Section { name: "wear", measure: cloth::wear::measure },
+    Section { name: "cost", measure: cloth::cost::measure },
+];
 
 const HAIR: [Section; 3] = [
     Section { name: "errors", measure: hair::errors },

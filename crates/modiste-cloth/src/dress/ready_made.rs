@@ -156,12 +156,26 @@ impl ReadyMade {
     /// # Errors
     /// [`ReadyMadeError`] with the plain reason.
     pub fn new(
-        (garment, gender, material): (&str, Gender, &str),
+        named: (&str, Gender, &str),
         vertices: &[Vec3],
         triangles: &[[u32; 3]],
         worn_on: &Mannequin,
         mean: &Mannequin,
     ) -> Result<Self, ReadyMadeError> {
+        Self::with_sources(named, vertices, triangles, worn_on, mean).map(|(garment, _)| garment)
+    }
+
+    /// As [`Self::new`], with the vertex of the mesh given that each vertex of the garment was.
+    ///
+    /// # Errors
+    /// [`ReadyMadeError`] with the plain reason.
+    pub fn with_sources(
+        (garment, gender, material): (&str, Gender, &str),
+        vertices: &[Vec3],
+        triangles: &[[u32; 3]],
+        worn_on: &Mannequin,
+        mean: &Mannequin,
+    ) -> Result<(Self, Vec<u32>), ReadyMadeError> {
         let name = garment.to_owned();
         if triangles.len() > MOST_TRIANGLES {
             return Err(ReadyMadeError::TooFine { name, found: triangles.len() });
@@ -170,7 +184,8 @@ impl ReadyMade {
             let why = format!("vertex {vertex}, where there are {}", vertices.len());
             return Err(ReadyMadeError::NotASurface { name, why });
         }
-        let (vertices, mut faces) = welded(vertices, triangles);
+        let (sources, mut faces) = welded(vertices, triangles);
+        let vertices: Vec<Vec3> = sources.iter().map(|&source| vertices[source as usize]).collect();
         if faces.is_empty() {
             return Err(ReadyMadeError::Empty { name });
         }
@@ -183,6 +198,10 @@ impl ReadyMade {
         };
         faces = oriented(&faces).map_err(|why| ReadyMadeError::NotASurface { name: garment.to_owned(), why })?;
         let mut topology = surface(faces.clone())?;
+        if let Some(vertex) = touching(&topology) {
+            let why = format!("parts that touch in vertex {} alone", sources[vertex]);
+            return Err(ReadyMadeError::NotASurface { name, why });
+        }
         let pieces = connected_components(&topology);
         if pieces.len() > 1 {
             let smallest = pieces.iter().map(Vec::len).min().unwrap_or(0);
@@ -199,7 +218,7 @@ impl ReadyMade {
         }
         let carried =
             Carrier::new(&vertices, &worn_on.vertices).carry(&topology, &vertices, &worn_on.vertices, &mean.vertices);
-        Ok(Self::assemble([garment, gender.name(), material], carried, topology, mean))
+        Ok((Self::assemble([garment, gender.name(), material], carried, topology, mean), sources))
     }
 
     /// Whether a stored text is that of a ready-made garment.
@@ -381,19 +400,28 @@ fn laid_flat(topology: &Topology, x: &[Vec3]) -> Vec<[Vec2; 3]> {
     topology.faces().iter().map(flat).collect()
 }
 
-/// Vertices in one place joined, unused ones and triangles that have become edges left out.
-fn welded(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<Vec3>, Vec<[u32; 3]>) {
+/// Vertices in one place joined, unused ones and triangles that have become edges left out: the vertices that stay, and the
+/// triangles over them.
+fn welded(vertices: &[Vec3], triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<[u32; 3]>) {
     let key = |x: Vec3| (x / WELD).round().to_array().map(|x| x as i64);
     let (mut places, mut kept) = (BTreeMap::new(), Vec::new());
     let mut place = |vertex: u32| {
-        let x = vertices[vertex as usize];
-        *places.entry(key(x)).or_insert_with(|| {
-            kept.push(x);
+        *places.entry(key(vertices[vertex as usize])).or_insert_with(|| {
+            kept.push(vertex);
             kept.len() as u32 - 1
         })
     };
     let faces: Vec<[u32; 3]> = triangles.iter().map(|face| face.map(&mut place)).collect();
     (kept, faces.into_iter().filter(|[a, b, c]| a != b && b != c && c != a).collect())
+}
+
+/// A vertex in which the rim meets itself: more than two of its edges are at it.
+fn touching(topology: &Topology) -> Option<usize> {
+    let mut rims = vec![0; topology.vertex_count()];
+    for edge in topology.edges().iter().filter(|edge| edge.faces.contains(&None)) {
+        edge.vertices.iter().for_each(|&vertex| rims[vertex as usize] += 1);
+    }
+    rims.iter().position(|&count| count > 2)
 }
 
 /// The triangle with the least area, and that area.
@@ -654,6 +682,9 @@ mod tests {
         refused(&x, &vec![faces[0]; 60_001], "at most 60000");
         let [a, b, _] = faces[0];
         refused(&x, &[faces.clone(), vec![[a, b, 300]]].concat(), "3 triangles at one edge");
+        let flap = [x.clone(), vec![Vec3::new(0.3, 1.1, 0.2), Vec3::new(0.2, 1.1, 0.3)]].concat();
+        let end = x.len() as u32;
+        refused(&flap, &[faces.clone(), vec![[0, end, end + 1]]].concat(), "touch in vertex 0 alone");
         let away: Vec<Vec3> = x.iter().map(|x| *x + Vec3::new(1.5, 0.0, 0.0)).collect();
         refused(&away, &faces, "m away from it");
         let inside: Vec<Vec3> = x.iter().map(|x| Vec3::new(0.2 * x.x, x.y, 0.2 * x.z)).collect();

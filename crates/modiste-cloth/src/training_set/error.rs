@@ -38,6 +38,14 @@ pub enum TrainingError {
         /// Shortest run that is kept.
         wanted: usize,
     },
+    /// A sequence that was simulated elsewhere and cannot be learned from.
+    #[error("{name}: {why}")]
+    Imported {
+        /// The sequence.
+        name: String,
+        /// What was wanted and found.
+        why: String,
+    },
     /// Every body was dropped.
     #[error("no body could be dressed; the last reason was: {0}")]
     NoBodies(String),

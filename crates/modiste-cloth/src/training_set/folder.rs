@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::TrainingError;
 use super::wardrobe::{Simulation, Wardrobe, rotations};
+use crate::dress::SewnGarment;
 
 /// Version of the folder's format.
 pub(super) const SCHEMA: &str = "modiste-training-set-1";
@@ -117,20 +118,29 @@ impl Folder {
     /// Writes what is constant: mesh, parts, template, band, anchors, texture coordinates, pattern.
     pub(super) fn write_garment(&self, wardrobe: &Wardrobe) -> Result<(), IoError> {
         let garment = wardrobe.tailor().garment(wardrobe.template(), wardrobe.mean());
+        self.write_mesh(&garment, &wardrobe.template().state.positions, &wardrobe.anchors())?;
+        let pattern = wardrobe.tailor().design().to_json();
+        modiste_io::write_bytes(self.path.join(PATTERN_FILE), pattern.as_bytes())
+    }
+
+    /// Writes what is constant but for the pattern; `template` (m) is the garment on the mean body.
+    pub(super) fn write_mesh(
+        &self,
+        garment: &SewnGarment,
+        template: &[Vec3],
+        anchors: &[[u32; 2]],
+    ) -> Result<(), IoError> {
         let parts: Vec<u8> = garment.face_parts.iter().map(|part| part.index() as u8).collect();
-        let anchors = wardrobe.anchors();
         let uv: Vec<f32> = garment.uv.iter().flatten().flatten().copied().collect();
         let count = garment.topology.face_count();
         Writer::new()
             .add_triangles("faces", garment.topology.faces())
             .add_u8("face_parts", &[count], parts)
-            .add_points("template", &wardrobe.template().state.positions)
+            .add_points("template", template)
             .add_u32("waist_band", &[garment.waist_band.len()], garment.waist_band.clone())
             .add_u32("anchors", &[anchors.len(), 2], anchors.as_flattened().to_vec())
             .add_f32("uv", &[count, 3, 2], uv)
-            .save(self.path.join("garment.npz"))?;
-        let pattern = wardrobe.tailor().design().to_json();
-        modiste_io::write_bytes(self.path.join(PATTERN_FILE), pattern.as_bytes())
+            .save(self.path.join("garment.npz"))
     }
 
     /// Writes a finished motion.

@@ -93,13 +93,20 @@ pub fn generate(
     // Motions that are no longer asked for do not belong to the set.
     manifest.sequences.retain(|e| e.kind == "shape" || sequences.iter().any(|s| s.name == e.name));
     folder.write_manifest(&manifest)?;
-    let kind = |kind: &'static str| manifest.sequences.iter().filter(move |e| e.kind == kind);
-    Ok(Summary {
-        bodies: kind("shape").map(|e| e.frames).sum(),
-        sequences: kind("pose").count(),
-        frames: kind("pose").map(|e| e.frames - e.lead_in).sum(),
-        dropped: manifest.dropped.clone(),
-    })
+    Ok(manifest.summary())
+}
+
+impl Manifest {
+    /// What is there.
+    pub(super) fn summary(&self) -> Summary {
+        let kind = |kind: &'static str| self.sequences.iter().filter(move |e| e.kind == kind);
+        Summary {
+            bodies: kind("shape").map(|e| e.frames).sum(),
+            sequences: kind("pose").count(),
+            frames: kind("pose").map(|e| e.frames - e.lead_in).sum(),
+            dropped: self.dropped.clone(),
+        }
+    }
 }
 
 fn new_manifest(wardrobe: &Wardrobe, options: &TrainingOptions) -> Manifest {

@@ -7,11 +7,13 @@ mod draw;
 mod error;
 mod folder;
 mod generate;
+mod import;
 mod sequences;
 mod wardrobe;
 
 pub use draw::{draw_eases, draw_shapes};
 pub use error::TrainingError;
 pub use generate::{Dropped, Summary, TrainingOptions, generate};
+pub use import::{ImportedMotion, ImportedShape, Importer};
 pub use sequences::{HELD_OUT_CLIPS, Sequence, TRAINING_CLIPS, Window, held_out_sequences, training_sequences};
 pub use wardrobe::{Simulation, Wardrobe};

@@ -19,7 +19,7 @@ const EASE_IN_FRAMES: usize = 10;
 const NEAR: f64 = 0.02;
 
 /// Stretch (99th percentile) at which a simulation ends: the garment would not come back from it.
-const TORN: f64 = 0.3;
+pub(super) const TORN: f64 = 0.3;
 
 /// Stretch (99th percentile) beyond which a frame is no example to learn from.
 const MAX_STRETCH: f64 = 0.08;
@@ -63,10 +63,14 @@ impl Simulation {
     /// # Errors
     /// No such run that is long enough.
     pub fn soundest(&self) -> Result<Self, TrainingError> {
-        let is_sound = |frame: &usize| self.stretch[*frame] <= MAX_STRETCH && self.inside[*frame] == 0;
+        self.longest_run(|frame| self.stretch[frame] <= MAX_STRETCH && self.inside[frame] == 0)
+    }
+
+    /// The longest run of frames that are sound.
+    pub(super) fn longest_run(&self, is_sound: impl Fn(usize) -> bool) -> Result<Self, TrainingError> {
         let (mut longest, mut start) = (0..0, 0);
         for frame in 0..=self.frames.len() {
-            if frame == self.frames.len() || !is_sound(&frame) {
+            if frame == self.frames.len() || !is_sound(frame) {
                 if frame - start > longest.len() {
                     longest = start..frame;
                 }
@@ -133,12 +137,7 @@ impl Wardrobe {
 
     /// Anchors: each garment vertex with the body vertex nearest to it on the mean body.
     pub fn anchors(&self) -> Vec<[u32; 2]> {
-        let nearest = |x: Vec3| {
-            let distances = (0u32..).zip(&self.mean.vertices).map(|(i, v)| (v.distance_squared(x), i));
-            distances.fold((f64::INFINITY, 0), |best, found| if found.0 < best.0 { found } else { best }).1
-        };
-        let positions = &self.template.state.positions;
-        self.tailor.anchors().iter().map(|&v| [v, nearest(positions[v as usize])]).collect()
+        anchored(self.tailor.anchors(), &self.template.state.positions, &self.mean)
     }
 
     /// The garment on a body of another shape in the template pose, with an ease from -1 (slim) to 1 (loose).
@@ -229,6 +228,15 @@ fn groups(tailor: &Tailor, body: &Mannequin, positions: &[Vec3]) -> CollisionGro
         }
     }
     groups
+}
+
+/// Each of some garment vertices with the body vertex nearest to it.
+pub(super) fn anchored(vertices: &[u32], positions: &[Vec3], body: &Mannequin) -> Vec<[u32; 2]> {
+    let nearest = |x: Vec3| {
+        let distances = (0u32..).zip(&body.vertices).map(|(i, v)| (v.distance_squared(x), i));
+        distances.fold((f64::INFINITY, 0), |best, found| if found.0 < best.0 { found } else { best }).1
+    };
+    vertices.iter().map(|&v| [v, nearest(positions[v as usize])]).collect()
 }
 
 /// How many frames simulating a motion takes, its lead-in among them.

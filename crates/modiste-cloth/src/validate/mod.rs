@@ -3,13 +3,17 @@
 //! Every function runs small simulations with the public solver and returns its figures; the tests hold them to bounds and
 //! the report prints them.
 
+mod drape;
 mod dynamics;
+mod fabrics;
 mod friction;
 mod sheet;
 mod strips;
 mod wear;
 
+pub use drape::{DrapeRun, drape};
 pub use dynamics::{Conservation, Convergence, conservation, convergence};
+pub use fabrics::{BendTest, Cut, StripTest, bend_test, strip_test};
 pub use friction::{Incline, incline};
 pub use strips::{Comparison, cantilever, clamped_strip, hanging_strip, loaded_strip};
 pub use wear::{DropFigures, sphere_drop};

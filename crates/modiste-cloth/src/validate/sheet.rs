@@ -16,7 +16,17 @@ pub(super) struct Sheet {
 
 impl Sheet {
     /// A rectangle of `size` (m) with `columns` × `rows` cells.
-    pub(super) fn new(size: Vec2, [columns, rows]: [usize; 2], fabric: &Fabric) -> Result<Self, ClothError> {
+    pub(super) fn new(size: Vec2, cells: [usize; 2], fabric: &Fabric) -> Result<Self, ClothError> {
+        Self::cut_at(std::f64::consts::FRAC_PI_2, size, cells, fabric)
+    }
+
+    /// A rectangle whose second side lies at `angle` (rad) from the weft.
+    pub(super) fn cut_at(
+        angle: f64,
+        size: Vec2,
+        [columns, rows]: [usize; 2],
+        fabric: &Fabric,
+    ) -> Result<Self, ClothError> {
         let cell = size / Vec2::new(columns as f64, rows as f64);
         let mut flat = Vec::new();
         for row in 0..=rows {
@@ -42,7 +52,11 @@ impl Sheet {
         }
         #[expect(clippy::cast_possible_truncation, reason = "small meshes")]
         let faces: Vec<[u32; 3]> = faces.into_iter().map(|face| face.map(|v| v as u32)).collect();
-        let rest = faces.iter().map(|face| face.map(|v| flat[v as usize])).collect();
+        // Across and along the rectangle, in the fabric's own directions.
+        let (sin, cos) = angle.sin_cos();
+        let (across, along) = (Vec2::new(sin, -cos), Vec2::new(cos, sin));
+        let in_fabric = |p: Vec2| p.x * across + p.y * along;
+        let rest = faces.iter().map(|face| face.map(|v| in_fabric(flat[v as usize]))).collect();
         let topology = Topology::new(flat.len(), faces);
         let topology = topology.unwrap_or_else(|_| unreachable!("rows are joined by their own vertices"));
         let model = ClothModel::new(Arc::new(topology), rest, fabric)?;

@@ -1,7 +1,7 @@
 //! Strips of cloth against one-dimensional theory.
 
 use super::sheet::{Sheet, plain_fabric, static_options};
-use crate::{Attachment, BodyCollider, BodyPoint, ClothError, Solver, SolverOptions};
+use crate::{Attachment, BodyCollider, BodyPoint, ClothError, Fabric, Solver, SolverOptions};
 use modiste_core::{Topology, Vec2, Vec3};
 use serde::Serialize;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    fn new(measured: f64, expected: f64) -> Self {
+    pub(super) fn new(measured: f64, expected: f64) -> Self {
         Self { measured, expected, relative_error: (measured - expected).abs() / expected.abs() }
     }
 }
@@ -99,17 +99,24 @@ pub fn clamped_strip() -> Result<Comparison, ClothError> {
 /// # Errors
 /// What the solver refuses.
 pub fn cantilever(rigidity: f64) -> Result<Comparison, ClothError> {
-    let (density, cells, cell) = (0.2, 40, 0.0025);
-    let length = cells as f64 * cell;
-    let fabric = plain_fabric(density, 2000.0, rigidity);
-    let mut sheet = Sheet::new(Vec2::new(0.03, length), [10, cells], &fabric)?;
+    let fabric = plain_fabric(0.2, 2000.0, rigidity);
+    sag_of_strip(&fabric, std::f64::consts::FRAC_PI_2, 0.1, rigidity)
+}
+
+/// Sag (m) of a strip of `length` (m) cut at `angle` (rad) from the weft and held level at one end, beside that of the elastica
+/// of bending rigidity `rigidity` (N·m).
+pub(super) fn sag_of_strip(fabric: &Fabric, angle: f64, length: f64, rigidity: f64) -> Result<Comparison, ClothError> {
+    const CELLS: usize = 40;
+    let cell = length / CELLS as f64;
+    let mut sheet = Sheet::cut_at(angle, Vec2::new(0.3 * length, length), [12, CELLS], fabric)?;
     sheet.model.pins = [sheet.row(0), sheet.row(1)].concat();
     let options = SolverOptions { gravity: [0.0, 0.0, -GRAVITY], ..static_options() };
     let mut solver = Solver::new(&sheet.model, options);
     sheet.rest(&mut solver, &mut BodyCollider::none(), (200, 1e-5))?;
     // The bend at the second row stands for half a cell before and behind it, so the clamp is between the pinned rows.
     let free = length - 0.5 * cell;
-    Ok(Comparison::new(-sheet.row_centre(sheet.rows).z, elastica_sag(free, density * GRAVITY / rigidity)))
+    let expected = elastica_sag(free, fabric.density * GRAVITY / rigidity);
+    Ok(Comparison::new(-sheet.row_centre(sheet.rows).z, expected))
 }
 
 /// Sag of the tip of the heavy elastica of length `length` (m) with weight over rigidity `load` (1/m³).

@@ -157,7 +157,7 @@ fn worn_on(path: &Path, mean: &Mannequin, reporter: &Reporter<'_>) -> Result<(Ma
 }
 
 /// Units that files are in, the usual one first, and their length (m).
-const UNITS: [(&str, f64); 5] =
+pub(super) const UNITS: [(&str, f64); 5] =
     [("metres", 1.0), ("decimetres", 0.1), ("centimetres", 0.01), ("millimetres", 0.001), ("inches", 0.0254)];
 
 /// Neighbouring parts whose direction tells the pose.

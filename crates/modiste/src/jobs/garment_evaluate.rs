@@ -18,7 +18,7 @@ use crate::event::Reporter;
 use crate::{Assets, JobError, Sources};
 
 /// Numbers of body coefficients that the shape of the garment is predicted from (DRAPE fig. 13).
-const BODY_COUNTS: [usize; 10] = [1, 2, 4, 6, 8, 10, 12, 15, 18, 20];
+pub(super) const BODY_COUNTS: [usize; 10] = [1, 2, 4, 6, 8, 10, 12, 15, 18, 20];
 
 /// Seed of the bodies that garments are tried on; training sets have others.
 const OTHER_BODIES_SEED: u64 = 2026;

@@ -12,6 +12,7 @@ mod crowd;
 mod design_choice;
 mod dress;
 mod garment_evaluate;
+mod garment_import;
 mod garment_learn;
 mod garment_simulate;
 mod garment_train;
@@ -33,6 +34,7 @@ pub use crowd::{Character, Crowd, CrowdReport, MadeCrowd};
 pub use design_choice::DesignChoice;
 pub use dress::{Dress, Dressed};
 pub use garment_evaluate::{EvaluatedGarment, GarmentEvaluate};
+pub use garment_import::{GarmentImport, UpAxis};
 pub use garment_learn::{GarmentLearn, LearnedGarment};
 pub use garment_simulate::{GarmentSimulate, SimulatedGarment};
 pub use garment_train::{GarmentTrain, TrainedGarment};
@@ -74,6 +76,8 @@ pub enum Job {
     GarmentLearn(GarmentLearn),
     /// Measures a learned garment.
     GarmentEvaluate(GarmentEvaluate),
+    /// Learns a garment from what another program simulated.
+    GarmentImport(GarmentImport),
 }
 
 /// What a job gives back, beside its files.
@@ -108,6 +112,8 @@ pub enum Outcome {
     LearnedGarment(LearnedGarment),
     /// Of [`Job::GarmentEvaluate`].
     EvaluatedGarment(EvaluatedGarment),
+    /// Of [`Job::GarmentImport`].
+    ImportedGarment(LearnedGarment),
 }
 
 /// Does a job on this thread; `listener` hears of its progress.
@@ -131,5 +137,6 @@ pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
         Job::GarmentTrain(job) => job.run(&reporter).map(Outcome::TrainedGarment),
         Job::GarmentLearn(job) => job.run(&reporter).map(Outcome::LearnedGarment),
         Job::GarmentEvaluate(job) => job.run(&reporter).map(Outcome::EvaluatedGarment),
+        Job::GarmentImport(job) => job.run(&reporter).map(Outcome::ImportedGarment),
     }
 }

@@ -1,0 +1,6 @@
+//! `cargo xtask report physics`: whether the simulation that garments are learned from behaves like cloth.
+
+pub(super) mod convergence;
+pub(super) mod cost;
+pub(super) mod fabrics;
+pub(super) mod wear;
