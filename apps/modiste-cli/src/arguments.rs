@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use modiste::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Check, Crowd, DesignChoice, Dress, Format,
-    GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice, Quantity, Sources,
+    Action, BenchDress, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Check, Crowd, DesignChoice,
+    Dress, Format, GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, Gender, Job, Length, MotionChoice,
+    Quantity, Sources,
 };
 
 /// Dressed virtual people, learned from data.
@@ -37,6 +38,9 @@ enum Command {
     /// Simulate and learn garments.
     #[command(subcommand)]
     Garment(GarmentCommand),
+    /// Measure how long a frame takes on this machine.
+    #[command(subcommand)]
+    Bench(BenchCommand),
 }
 
 #[derive(Debug, Subcommand)]
@@ -57,6 +61,13 @@ enum BodyCommand {
     /// Learn the body model of one gender from its population.
     #[command(after_help = "Example:\n  modiste body train --gender male --out assets/body-male.safetensors")]
     Train(TrainArguments),
+}
+
+#[derive(Debug, Subcommand)]
+enum BenchCommand {
+    /// Time the outfits of DRAPE's table 1 from the pose in to the vertices out, one character at a time.
+    #[command(after_help = "Example:\n  modiste bench dress --json")]
+    Dress(BenchDressArguments),
 }
 
 #[derive(Debug, Subcommand)]
@@ -143,6 +154,22 @@ struct CrowdArguments {
     #[arg(long, value_name = "FOLDER", default_value = "out/crowd")]
     out: PathBuf,
     /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct BenchDressArguments {
+    /// Whose body model and garments.
+    #[arg(long, value_enum, default_value = "female")]
+    gender: GenderName,
+    /// Numbers of threads, with commas between.
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2")]
+    threads: Vec<usize>,
+    /// Frames that count.
+    #[arg(long, value_name = "NUMBER", default_value_t = 120)]
+    frames: usize,
+    /// Print a list of rows as JSON.
     #[arg(long)]
     json: bool,
 }
@@ -399,6 +426,11 @@ impl Arguments {
                 formats: formats(&arguments.format),
                 out: arguments.out.clone(),
             }),
+            Command::Bench(BenchCommand::Dress(arguments)) => Job::BenchDress(BenchDress {
+                gender: arguments.gender.into(),
+                threads: arguments.threads.clone(),
+                frames: arguments.frames,
+            }),
             Command::Body(BodyCommand::Make(arguments)) => Job::BodyMake(arguments.job()?),
             Command::Body(BodyCommand::Measure(arguments)) => {
                 Job::BodyMeasure(BodyMeasure { file: arguments.file.clone() })
@@ -425,6 +457,7 @@ impl Arguments {
             Command::Dress(arguments) => arguments.json,
             Command::Check(arguments) => arguments.json,
             Command::Crowd(arguments) => arguments.json,
+            Command::Bench(BenchCommand::Dress(arguments)) => arguments.json,
             Command::Body(BodyCommand::Make(arguments)) => arguments.json,
             Command::Body(BodyCommand::Measure(arguments)) => arguments.json,
             Command::Body(BodyCommand::Population(arguments)) => arguments.json,

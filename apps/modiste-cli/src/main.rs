@@ -32,8 +32,8 @@ fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let display = Display::new();
     let outcome = modiste::run(&job, &|event| display.show(event))?;
     drop(display);
-    let text = if arguments.json() { serde_json::to_string_pretty(&outcome)? } else { results::text(&outcome) };
     let is_good = !matches!(&outcome, Outcome::Checked(checked) if !checked.report.holds);
+    let text = if arguments.json() { results::json(&outcome)? } else { results::text(&outcome) };
     match writeln!(std::io::stdout(), "{text}") {
         // A reader such as `head` may have seen enough.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(is_good),

@@ -3,7 +3,49 @@
 use std::fmt::Write;
 
 use modiste::check::Finding;
-use modiste::{Checked, Dressed, EvaluatedGarment, MadeCrowd, MadePopulation, Outcome, Region, SimulatedGarment};
+use modiste::{
+    BenchedDress, Checked, Dressed, EvaluatedGarment, MadeCrowd, MadePopulation, Outcome, Region, SimulatedGarment,
+};
+
+/// What a script reads at the end: the outcome under its name; of a benchmark the rows alone.
+pub(crate) fn json(outcome: &Outcome) -> serde_json::Result<String> {
+    match outcome {
+        Outcome::BenchedDress(benched) => serde_json::to_string_pretty(&benched.rows),
+        outcome => serde_json::to_string_pretty(outcome),
+    }
+}
+
+fn bench_text(benched: &BenchedDress) -> String {
+    let mut text = format!(
+        "{}, ms a frame (median)\n{:<18}{:>9}{:>9}{:>8}{:>11}{:>8}{:>8}{:>8}{:>9}",
+        benched.machine.processor,
+        "outfit",
+        "vertices",
+        "threads",
+        "body",
+        "synthesis",
+        "fit",
+        "total",
+        "95 %",
+        "peak MB"
+    );
+    for row in &benched.rows {
+        let _always_ok = write!(
+            text,
+            "\n{:<18}{:>9}{:>9}{:>8.1}{:>11.1}{:>8.1}{:>8.1}{:>8.1}{:>9.0}",
+            row.outfit,
+            row.vertices,
+            row.threads,
+            row.body_ms,
+            row.synthesis_ms,
+            row.fit_ms,
+            row.total_ms_p50,
+            row.total_ms_p95,
+            row.peak_mb
+        );
+    }
+    text
+}
 
 /// What a person reads at the end.
 pub(crate) fn text(outcome: &Outcome) -> String {
@@ -11,6 +53,7 @@ pub(crate) fn text(outcome: &Outcome) -> String {
         Outcome::Dressed(dressed) => dressed_text(dressed),
         Outcome::Checked(checked) => checked_text(checked),
         Outcome::MadeCrowd(made) => crowd_text(made),
+        Outcome::BenchedDress(benched) => bench_text(benched),
         Outcome::MadeBody(made) => {
             let shape: Vec<String> = made.shape.iter().map(|value| format!("{value:.3}")).collect();
             format!("{}\n\nshape {}\nwrote {}", made.measurements, shape.join(","), made.file.display())

@@ -5,9 +5,10 @@ use std::time::Instant;
 
 use modiste_body::{Body, Gender, Part, Pose};
 use modiste_core::{Topology, Vec3};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::refine::{Below, ExactReport, Fit, FitOptions, Obstacle, upper_body};
+use crate::refine::{Below, Cover, ExactReport, Fit, FitOptions, Obstacle, upper_body};
 use crate::{DrapeModel, GarmentError, Synthesis, Wrinkles};
 
 /// Distance from the faces of an inner garment at which the outside begins for those over it (m).
@@ -47,7 +48,7 @@ pub struct LayerReport {
     pub pinched: usize,
     /// Rounds of exact pushing.
     pub rounds: usize,
-    /// Time of the synthesis (s).
+    /// Time of its synthesis (s); others may have been made at the same time.
     pub synthesis_seconds: f64,
     /// Time of the fit (s).
     pub fit_seconds: f64,
@@ -56,8 +57,10 @@ pub struct LayerReport {
 /// What happened in one frame.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameReport {
-    /// Time to take in the posed body (s).
-    pub body_seconds: f64,
+    /// Time to take in the posed body and to make all garments, side by side (s).
+    pub prepare_seconds: f64,
+    /// Time to find how the garments lie to the body (s).
+    pub approach_seconds: f64,
     /// One report for each garment, from the inside out.
     pub layers: Vec<LayerReport>,
 }
@@ -65,7 +68,7 @@ pub struct FrameReport {
 impl FrameReport {
     /// Time of the whole frame (s).
     pub fn seconds(&self) -> f64 {
-        self.layers.iter().map(|layer| layer.synthesis_seconds + layer.fit_seconds).sum::<f64>() + self.body_seconds
+        self.prepare_seconds + self.approach_seconds + self.layers.iter().map(|layer| layer.fit_seconds).sum::<f64>()
     }
 }
 
@@ -81,6 +84,8 @@ struct Layer {
     members: Vec<u32>,
     /// The vertices of the body in its combined vertex set.
     body_members: Vec<u32>,
+    /// Whether it lies on a face of the body.
+    covered_faces: Vec<bool>,
 }
 
 /// A body's garments, frame after frame.
@@ -88,6 +93,8 @@ struct Layer {
 pub struct Outfit {
     body: Obstacle,
     layers: Vec<Layer>,
+    /// How thick the garments that were fitted so far lie on the body.
+    cover: Cover,
     report: FrameReport,
 }
 
@@ -115,7 +122,11 @@ impl Outfit {
     /// # Errors
     /// As [`Self::new`].
     pub fn on(wearer: &Wearer<'_>, garments: &[Arc<DrapeModel>], options: &FitOptions) -> Result<Self, GarmentError> {
-        let body = Obstacle::body(wearer.topology.clone(), wearer.face_parts, wearer.template_vertices);
+        let worn: Vec<Part> = Part::ALL
+            .into_iter()
+            .filter(|&part| garments.iter().any(|model| covers(&model.garment().face_parts, part)))
+            .collect();
+        let body = Obstacle::body(wearer.topology.clone(), wearer.face_parts, &worn, wearer.template_vertices);
         let mut body_members: Vec<u32> = (0..wearer.topology.vertex_count() as u32).collect();
         let mut layers: Vec<Layer> = Vec::with_capacity(garments.len());
         for (index, model) in garments.iter().enumerate() {
@@ -141,11 +152,12 @@ impl Outfit {
                     .then(|| Obstacle::garment(garment.topology.clone(), &vertices, CLOTH_THICKNESS)),
                 members: (0..garment.topology.vertex_count() as u32).collect(),
                 body_members: own_members,
+                covered_faces: wearer.face_parts.iter().map(|&part| covers(&garment.face_parts, part)).collect(),
                 vertices,
             });
         }
         let report = FrameReport { layers: vec![LayerReport::default(); layers.len()], ..FrameReport::default() };
-        Ok(Self { body, layers, report })
+        Ok(Self { body, layers, cover: Cover::default(), report })
     }
 
     /// Chooses the wrinkles of all garments.
@@ -184,28 +196,43 @@ impl Outfit {
 
     /// The next frame: `body` are the vertices of the body in `pose`. Frames follow each other at the rate of the models.
     pub fn step(&mut self, pose: &Pose, body: &[Vec3]) -> &FrameReport {
+        let Self { body: surface, layers, cover, report } = self;
+        cover.clear();
         let started = Instant::now();
-        self.body.update(body);
-        self.report.body_seconds = started.elapsed().as_secs_f64();
-        for index in 0..self.layers.len() {
-            let (inner, rest) = self.layers.split_at_mut(index);
-            let Layer { synthesis, fit, vertices, surface, body_members, .. } = &mut rest[0];
+        let make = || {
+            layers.par_iter_mut().zip(&mut report.layers).for_each(|(layer, report)| {
+                let started = Instant::now();
+                layer.vertices.copy_from_slice(layer.synthesis.step(pose, body));
+                report.synthesis_seconds = started.elapsed().as_secs_f64();
+            });
+        };
+        rayon::join(|| surface.update(body), make);
+        report.prepare_seconds = started.elapsed().as_secs_f64();
+        let started = Instant::now();
+        layers.par_iter_mut().for_each(|Layer { fit, vertices, .. }| fit.approach(surface, vertices));
+        report.approach_seconds = started.elapsed().as_secs_f64();
+        for (index, report) in report.layers.iter_mut().enumerate() {
+            let (inner, rest) = layers.split_at_mut(index);
+            let Layer { fit, vertices, surface: own_surface, body_members, covered_faces, .. } = &mut rest[0];
             let started = Instant::now();
-            vertices.copy_from_slice(synthesis.step(pose, body));
-            let synthesised = Instant::now();
-            let mut below = vec![Below { obstacle: &self.body, members: body_members }];
+            let mut below = vec![Below { obstacle: surface, members: body_members }];
             below.extend(inner.iter().filter_map(|layer| {
                 layer.surface.as_ref().map(|obstacle| Below { obstacle, members: &layer.members })
             }));
-            let exact = fit.fit(&below, vertices);
-            if let Some(surface) = surface {
-                surface.update(vertices);
+            let exact = fit.fit(&below, cover, vertices);
+            if let Some(own) = own_surface {
+                own.update(vertices);
+                fit.lay_on(surface, covered_faces, cover, CLOTH_THICKNESS);
             }
-            let times = (synthesised - started, synthesised.elapsed());
-            self.report.layers[index] = layer_report(exact, times.0.as_secs_f64(), times.1.as_secs_f64());
+            *report = layer_report(exact, report.synthesis_seconds, started.elapsed().as_secs_f64());
         }
         &self.report
     }
+}
+
+/// Whether a garment of these parts lies on a part of the body: its own, and the trunk around a waist.
+fn covers(garment_parts: &[Part], part: Part) -> bool {
+    matches!(part, Part::Pelvis | Part::Abdomen) || garment_parts.contains(&part)
 }
 
 fn layer_report(exact: ExactReport, synthesis_seconds: f64, fit_seconds: f64) -> LayerReport {

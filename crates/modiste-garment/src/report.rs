@@ -191,7 +191,7 @@ pub fn wear(
         let times = whole.step(pose, &posed).clone();
         paper.step(pose, &posed);
         report.frames += 1;
-        seconds[0].push(times.body_seconds);
+        seconds[0].push(times.prepare_seconds);
         seconds[1].push(times.seconds());
         for (index, layer) in times.layers.iter().enumerate() {
             seconds[2 + 2 * index].push(layer.synthesis_seconds);

@@ -56,6 +56,16 @@ pub fn write_bytes(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), IoError> 
     write_atomically(path, |writer| writer.write_all(bytes))
 }
 
+/// Writes into a file that is there, where it stands: for the controls of the system, which cannot be replaced.
+///
+/// # Errors
+/// [`IoError::File`] with the path and the reason.
+pub fn write_in_place(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), IoError> {
+    let path = path.as_ref();
+    let opened = fs::OpenOptions::new().write(true).open(path);
+    opened.and_then(|mut file| file.write_all(bytes)).map_err(|source| IoError::file("write", path, source))
+}
+
 /// Reads a whole file; a gzipped one (told by its first bytes, not its name) is unpacked.
 ///
 /// # Errors

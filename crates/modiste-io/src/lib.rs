@@ -34,7 +34,7 @@ pub use bvh::{BvhClip, BvhJoint, Channel};
 pub use error::IoError;
 pub use file::{
     FileWriter, check_writable, create_folder, exists, file_size, list_folder, read_bytes, read_text, remove_file,
-    unpacked, write_atomically, write_bytes,
+    unpacked, write_atomically, write_bytes, write_in_place,
 };
 pub use hash::hash;
 pub use staged::StagedFolder;

@@ -2,6 +2,7 @@
 
 mod animation;
 mod crowd;
+mod dresser;
 mod error;
 mod export;
 mod fit_map;
@@ -14,11 +15,12 @@ mod timing;
 
 pub use animation::{Animation, GarmentFit, Penetration, Track};
 pub use crowd::{CrowdPicture, Place, scatter};
+pub use dresser::Dresser;
 pub use error::SceneError;
 pub use export::{Contents, Report, SceneAccuracy, Subject, Times, file_names, report, write_results};
 pub use fit_map::{FitMap, GarmentMap, Region, RegionFit, Verdict};
 pub use fit_picture::Layer;
 pub use format::Format;
-pub use machine::{Machine, Memory};
+pub use machine::{Machine, peak_memory, reset_peak_memory, resident_memory};
 pub use person::Person;
 pub use timing::{Stage, Summary, Timing};

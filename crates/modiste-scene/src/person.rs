@@ -8,7 +8,7 @@ use modiste_body::{Body, Motion, Part, Pose};
 use modiste_core::{Progress, Topology, TriangleBvh, Vec3};
 use modiste_garment::refine::penetration::measure_with;
 use modiste_garment::refine::{FitOptions, Penetration as FramePenetration};
-use modiste_garment::{DrapeModel, FrameReport, LayerReport, Outfit};
+use modiste_garment::{DrapeModel, FrameReport, Outfit};
 
 use crate::animation::{GarmentFit, Penetration, Store, Track};
 use crate::timing::timed;
@@ -166,9 +166,8 @@ impl Person {
 
 /// What a frame took, by stage.
 fn times(posing: Duration, report: &FrameReport) -> [Duration; Stage::COUNT] {
-    let sum = |of: fn(&LayerReport) -> f64| Duration::from_secs_f64(report.layers.iter().map(of).sum());
-    let fit = sum(|layer| layer.fit_seconds) + Duration::from_secs_f64(report.body_seconds);
-    [posing, sum(|layer| layer.synthesis_seconds), fit]
+    let fit = report.seconds() - report.prepare_seconds;
+    [posing, Duration::from_secs_f64(report.prepare_seconds), Duration::from_secs_f64(fit)]
 }
 
 /// Heading of the pelvis in every frame (rad), about Y from +Z.

@@ -49,7 +49,7 @@ pub struct Summary {
 
 impl Timing {
     /// Adds a frame.
-    pub(crate) fn push(&mut self, frame: [Duration; Stage::COUNT]) {
+    pub fn push(&mut self, frame: [Duration; Stage::COUNT]) {
         self.frames.push(frame);
     }
 

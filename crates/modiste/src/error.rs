@@ -99,6 +99,14 @@ pub enum JobError {
         /// The number.
         found: f64,
     },
+    /// No threads to be had.
+    #[error("cannot start {wanted} threads: {reason}")]
+    Threads {
+        /// How many.
+        wanted: usize,
+        /// What the system says.
+        reason: String,
+    },
     /// A request that contradicts itself.
     #[error("{0}")]
     Request(String),

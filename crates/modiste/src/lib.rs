@@ -15,10 +15,10 @@ pub use assets::{ASSETS_VARIABLE, Assets};
 pub use error::JobError;
 pub use event::{Event, Listener};
 pub use jobs::{
-    Action, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain, Character, Check, Checked, Crowd,
-    CrowdReport, DesignChoice, Dress, Dressed, EvaluatedGarment, GarmentEvaluate, GarmentLearn, GarmentSimulate,
-    GarmentTrain, Job, LearnedGarment, Length, MadeBody, MadeCrowd, MadePopulation, MeasuredBody, MotionChoice,
-    Outcome, SimulatedGarment, TrainedBody, TrainedGarment, run,
+    Action, BenchDress, BenchRow, BenchedDress, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain,
+    Character, Check, Checked, Crowd, CrowdReport, DesignChoice, Dress, Dressed, EvaluatedGarment, GarmentEvaluate,
+    GarmentLearn, GarmentSimulate, GarmentTrain, Job, LearnedGarment, Length, MadeBody, MadeCrowd, MadePopulation,
+    MeasuredBody, MotionChoice, Outcome, SimulatedGarment, TrainedBody, TrainedGarment, run,
 };
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};

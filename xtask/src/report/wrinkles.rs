@@ -30,8 +30,8 @@ pub(super) fn measure() -> Result<Page> {
         "Captured motions that were not trained on, simulated on the mean body, and synthesised with and without dynamics: \
          mean over the vertices of the mean curvature. The claim is on all frames together. \u{201c}Projected\u{201d} puts the \
          simulation's own wrinkles through the learned space: the nearest to it that any dynamics could come. With and \
-         without dynamics, each coefficient has the amplitude that it had in motions held out in training, and the finer ones \
-         make up for folds that none holds (not in the paper).",
+         without dynamics, each coefficient is shown with the same factor, which gives back some of the spread that it had in \
+         motions held out in training, and the finer ones make up for folds that none holds (not in the paper).",
     );
     let mut rows = Vec::new();
     for gender in Gender::ALL {

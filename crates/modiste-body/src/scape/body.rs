@@ -3,11 +3,15 @@
 use std::sync::Arc;
 
 use modiste_core::{Mat3, Vec3};
+use rayon::prelude::*;
 
 use super::ScapeModel;
 use super::pose_deformation::pose_features;
 use crate::pose::joint_positions;
 use crate::{BodyError, Part, Pose};
+
+/// Faces that one thread takes at a time.
+const FACES_AT_ONCE: usize = 1024;
 
 /// Coefficients beyond this many standard deviations are refused: nothing like them was ever seen.
 const LARGEST_COEFFICIENT: f64 = 20.0;
@@ -91,8 +95,9 @@ impl Body {
         let features = pose_features(pose);
         let gradients: Vec<Mat3> = self
             .gradients
-            .iter()
+            .par_iter()
             .enumerate()
+            .with_min_len(FACES_AT_ONCE)
             .map(|(face, shape)| {
                 let rotation = data.blend.rotation(face, &quaternions, &matrices);
                 match data.pose_deformation.matrix(face, &features) {

@@ -2,10 +2,14 @@
 
 use modiste_core::Vec3;
 
-use super::obstacle::{Contact, NO_HINT, Obstacle};
+use super::cover::Ground;
+use super::obstacle::{Contact, NO_HINT};
 
 /// Most surfaces below a garment, the body and the garments under it; those beyond are left out.
 pub(crate) const MOST: usize = 4;
+/// Garments below are looked for so near (m) to the height to which they raise the body.
+const NEAR_GARMENTS: f64 = 0.008;
+
 /// Between opposite contacts whose normals have a product below this, a vertex has two walls to stay away from.
 const OPPOSITE: f64 = -0.3;
 /// Longest step of a single vertex between two walls in one final round (m).
@@ -20,11 +24,7 @@ pub(crate) struct Contacts {
 }
 
 impl Contacts {
-    pub(crate) const EMPTY: Self = Self {
-        items: [Contact { distance: 0.0, normal: Vec3::ZERO, face: 0, pinched: false }; MOST],
-        owners: [0; MOST],
-        count: 0,
-    };
+    pub(crate) const EMPTY: Self = Self { items: [Contact::NONE; MOST], owners: [0; MOST], count: 0 };
 
     pub(crate) fn as_slice(&self) -> &[Contact] {
         &self.items[..self.count]
@@ -43,6 +43,15 @@ impl Contacts {
         self.as_slice().iter().fold(f64::INFINITY, |least, contact| least.min(contact.distance))
     }
 
+    /// The contact with one surface.
+    pub(crate) fn of(&self, owner: u8) -> Option<&Contact> {
+        self.owners[..self.count]
+            .iter()
+            .zip(&self.items)
+            .find(|(other, _)| **other == owner)
+            .map(|(_, contact)| contact)
+    }
+
     /// The nearest contact and the surface it is with.
     pub(crate) fn nearest(&self) -> Option<(usize, &Contact)> {
         let owned = self.owners.iter().map(|&owner| usize::from(owner)).zip(self.as_slice());
@@ -58,10 +67,12 @@ pub(crate) struct Site {
     hints: [u32; MOST],
     /// How far the vertex may move before its contacts must be found again (m).
     pub(crate) slack: f64,
-    /// Whether it was between parts that pass through each other in this frame.
-    pub(crate) pinched: bool,
+    /// The place outside (m) that it goes to where parts pass through each other around it.
+    pub(crate) exit: Option<Vec3>,
     /// Whether it has moved since its contacts were found.
     pub(crate) stale: bool,
+    /// Whether its contacts were found since it was last asked what shows through the cloth there.
+    pub(crate) fresh: bool,
     /// Whether nothing more can be done for it where it is.
     settled: bool,
 }
@@ -71,29 +82,61 @@ impl Site {
         contacts: Contacts::EMPTY,
         hints: [NO_HINT; MOST],
         slack: 0.0,
-        pinched: false,
+        exit: None,
         stale: true,
+        fresh: true,
         settled: false,
     };
 
     /// Finds the contacts of the vertex where it is now. Garments are looked for within `reach` (m), bodies anywhere.
-    pub(crate) fn look(&mut self, obstacles: &[&Obstacle], at: Vec3, reach: f64) {
+    pub(crate) fn look(&mut self, grounds: &[Ground<'_>], at: Vec3, reach: f64) {
         self.contacts = Contacts::EMPTY;
-        for (index, (obstacle, hint)) in obstacles.iter().zip(&mut self.hints).enumerate() {
-            let reach = if obstacle.crosses_itself() { f64::INFINITY } else { reach };
-            if let Some(contact) = obstacle.contact(at, reach, hint) {
+        for (index, (ground, hint)) in grounds.iter().zip(&mut self.hints).enumerate() {
+            if index > 0 && !may_touch_garments(&self.contacts, grounds) {
+                continue;
+            }
+            let reach = if ground.obstacle.crosses_itself() { f64::INFINITY } else { reach };
+            if let Some(contact) = ground.touch(at, reach, hint) {
                 self.contacts.push(index, contact);
             }
         }
-        self.pinched |= self.contacts.as_slice().iter().any(|contact| contact.pinched);
         self.slack = self.contacts.least().min(reach);
-        (self.stale, self.settled) = (false, false);
+        (self.stale, self.fresh, self.settled) = (false, true, false);
+    }
+
+    /// Raises the body in the contact that was found with it alone.
+    pub(crate) fn raise(&mut self, body: &Ground<'_>) {
+        if let Some(contact) = self.contacts.items[..self.contacts.count].first_mut() {
+            body.raise(contact);
+            self.slack = self.slack.min(contact.distance);
+        }
+    }
+
+    /// Whether garments below may be near, by the contact with the body: they lie only where they raise it.
+    pub(crate) fn may_touch_garments(&self, grounds: &[Ground<'_>]) -> bool {
+        may_touch_garments(&self.contacts, grounds)
+    }
+
+    /// Looks for the way out of the parts that pass through each other around the vertex, if they do.
+    ///
+    /// It lies at their rim, as near as there is room, and is not looked for again in this frame.
+    pub(crate) fn find_exit(&mut self, grounds: &[Ground<'_>], at: Vec3, clearance: f64) {
+        let pinching = (0..self.contacts.count).find(|&index| self.contacts.items[index].pinched);
+        self.exit = pinching.map(|index| {
+            let owner = usize::from(self.contacts.owners[index]);
+            grounds[owner].obstacle.way_out(at, clearance, &mut self.hints[owner])
+        });
     }
 
     /// Moves a vertex that is nearer than `least` (m) by itself, out of all surfaces and of the body in any case.
-    pub(crate) fn settle(&mut self, obstacles: &[&Obstacle], at: &mut Vec3, least: f64, reach: f64, rounds: usize) {
+    pub(crate) fn settle(&mut self, grounds: &[Ground<'_>], at: &mut Vec3, least: f64, reach: f64, rounds: usize) {
+        if let Some(exit) = self.exit {
+            *at = exit;
+            (self.stale, self.settled) = (false, true);
+            return;
+        }
         if self.stale {
-            self.look(obstacles, *at, reach);
+            self.look(grounds, *at, reach);
         }
         if self.settled {
             return;
@@ -103,22 +146,31 @@ impl Site {
                 break;
             }
             *at += least_step(self.contacts.as_slice(), 2.0 * least);
-            self.look(obstacles, *at, reach);
+            self.look(grounds, *at, reach);
         }
         let mut moved = false;
         for index in 0..self.contacts.count {
             let (owner, contact) = (usize::from(self.contacts.owners[index]), self.contacts.items[index]);
-            let obstacle = obstacles[owner];
-            if obstacle.crosses_itself() && !obstacle.sees_outside(*at, contact.face) && obstacle.is_inside(*at) {
+            let obstacle = grounds[owner].obstacle;
+            let is_inside = || match contact.certain {
+                true => contact.distance + contact.raised < 0.0,
+                false => !obstacle.sees_outside(*at, contact.face) && obstacle.is_inside(*at),
+            };
+            if obstacle.crosses_itself() && is_inside() {
                 *at = obstacle.way_out(*at, 2.0 * least, &mut self.hints[owner]);
                 moved = true;
             }
         }
         if moved {
-            self.look(obstacles, *at, reach);
+            self.look(grounds, *at, reach);
         }
         self.settled = true;
     }
+}
+
+fn may_touch_garments(contacts: &Contacts, grounds: &[Ground<'_>]) -> bool {
+    let is_near = |body: &Contact| body.raised > 0.0 && body.distance.abs() < NEAR_GARMENTS;
+    grounds[0].cover.is_none() || contacts.of(0).is_none_or(is_near)
 }
 
 /// The distance that a vertex is to keep from a contact (m): less than the clearance between two walls that are close.

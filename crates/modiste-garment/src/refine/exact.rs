@@ -5,11 +5,14 @@ use std::sync::Arc;
 use modiste_core::{Topology, Vec3};
 use rayon::prelude::*;
 
+use super::band::Band;
 use super::contacts::{MOST, Site, wanted_distance};
-use super::obstacle::Obstacle;
+use super::cover::Ground;
+use super::obstacle::{Contact, Obstacle};
+use super::paper::PaperOptions;
 use super::shows::{Lift, SHOW_CLEARANCE, find_lifts};
 use super::tears::Tears;
-use super::warp::{Push, Stiffness, Warp, WarpOptions};
+use super::warp::{Pull, Push, Stiffness, Warp, WarpOptions};
 
 /// How cloth is pushed out exactly.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +46,7 @@ impl Default for ExactOptions {
             trigger: 0.0015,
             least: 0.0003,
             reach: 0.06,
-            rounds: 4,
+            rounds: 3,
             final_rounds: 3,
             mending_rounds: 6,
             stiffness: Stiffness { smooth: 1.0, damping: 0.05 },
@@ -81,6 +84,7 @@ pub(crate) struct ExactPush {
     options: ExactOptions,
     sites: Vec<Site>,
     pushes: Vec<Push>,
+    pulls: Vec<Pull>,
     lifts: Vec<Lift>,
     warp: Vec<Vec3>,
     tears: Tears,
@@ -94,70 +98,157 @@ impl ExactPush {
             options,
             sites: vec![Site::NEW; n],
             pushes: Vec::new(),
+            pulls: Vec::new(),
             lifts: Vec::new(),
             warp: vec![Vec3::ZERO; n],
             tears: Tears::default(),
         }
     }
 
-    /// Moves the vertices (m) out; `predicted` is the garment as it was before any fit.
+    /// Finds how the garment (m) lies to the body, apart from other garments.
+    pub(crate) fn approach(&mut self, body: &Obstacle, garment: &[Vec3]) {
+        for site in &mut self.sites {
+            (site.exit, site.stale) = (None, true);
+        }
+        let grounds = [Ground { obstacle: body, cover: None }];
+        self.look(&grounds, garment);
+        self.find_exits(&grounds, garment);
+    }
+
+    /// Moves the vertices (m) out, after [`Self::approach`]; `predicted` is the garment as it was before any fit. `paper` and
+    /// `band` come first, where they are given.
     pub(crate) fn run(
         &mut self,
         solver: &mut Warp,
-        obstacles: &[&Obstacle],
+        grounds: &[Ground<'_>],
+        (paper, band): (Option<&PaperOptions>, &mut Band),
         predicted: &[Vec3],
         garment: &mut [Vec3],
     ) -> ExactReport {
-        let obstacles = &obstacles[..obstacles.len().min(MOST)];
-        for site in &mut self.sites {
-            (site.pinched, site.stale) = (false, true);
-        }
-        self.look(obstacles, garment);
+        let grounds = &grounds[..grounds.len().min(MOST)];
+        self.raise(grounds);
         let mut report = ExactReport::default();
         (report.inside_before, report.depth_before) = self.inside();
+        if let Some(paper) = paper {
+            self.iterate(solver, paper, band, predicted, garment);
+        }
+        if let Some(body) = grounds.first() {
+            for vertex in band.draw_in(body.obstacle, garment) {
+                self.sites[vertex as usize].stale = true;
+            }
+        }
+        if grounds.len() > 1 {
+            let near = self.sites.iter_mut().filter(|site| site.exit.is_none() && site.may_touch_garments(grounds));
+            near.for_each(|site| site.stale = true);
+        }
+        self.look(grounds, garment);
         while report.rounds < self.options.rounds {
-            let shortfall = self.collect_pushes();
-            let shows = self.collect_shows(obstacles, garment);
+            let shortfall = self.collect_pushes(garment);
+            let shows = self.collect_shows(grounds, garment);
             if !shows && shortfall <= 0.5 * self.options.trigger {
                 break;
             }
             report.rounds += 1;
-            solver.solve(self.options.stiffness, &self.pushes, &[], self.options.warp, &mut self.warp);
-            for &vertex in solver.region() {
-                let (step, site) = (self.warp[vertex as usize], &mut self.sites[vertex as usize]);
-                garment[vertex as usize] += step;
-                site.slack -= step.length();
-                site.stale |= site.slack < self.options.trigger;
-            }
-            self.look(obstacles, garment);
+            solver.solve(self.options.stiffness, &self.pushes, &self.pulls, self.options.warp, &mut self.warp);
+            self.advance(solver.region(), garment);
+            self.look(grounds, garment);
         }
-        self.settle(obstacles, garment);
+        self.settle(grounds, garment);
         for _ in 0..self.options.mending_rounds {
-            if !self.tears.mend(&self.topology, predicted, garment) {
+            if !self.tears.mend(&self.topology, |vertex| self.sites[vertex as usize].exit.is_some(), predicted, garment)
+            {
                 break;
             }
             self.tears.region().iter().for_each(|&vertex| self.sites[vertex as usize].stale = true);
-            self.settle(obstacles, garment);
+            self.settle(grounds, garment);
         }
-        self.lift_single_faces(obstacles, garment);
-        self.settle(obstacles, garment);
+        self.lift_single_faces(grounds, garment);
+        self.settle(grounds, garment);
         (report.inside_after, report.depth_after) = self.inside();
-        report.pinched = self.sites.iter().filter(|site| site.pinched).count();
+        report.pinched = self.sites.iter().filter(|site| site.exit.is_some()).count();
         report
     }
 
+    /// Lets the garments below raise the body in the contacts that are known.
+    fn raise(&mut self, grounds: &[Ground<'_>]) {
+        if grounds[0].cover.is_some() {
+            self.sites.par_iter_mut().with_min_len(VERTICES_AT_ONCE).for_each(|site| site.raise(&grounds[0]));
+        }
+    }
+
+    /// How the garment, where it was left, lies to the body.
+    pub(crate) fn body_contacts(&self) -> impl Iterator<Item = &Contact> {
+        self.sites.iter().filter(|site| site.exit.is_none()).filter_map(|site| site.contacts.of(0))
+    }
+
+    /// The paper's iterations with the nearest points of triangles for correspondences, which stay as they were found.
+    fn iterate(
+        &mut self,
+        solver: &mut Warp,
+        paper: &PaperOptions,
+        band: &Band,
+        predicted: &[Vec3],
+        garment: &mut [Vec3],
+    ) {
+        for &stiffness in &paper.iterations {
+            self.pushes.clear();
+            self.pulls.clear();
+            let vertices = (0u32..).zip(&self.sites).zip(garment.iter().zip(predicted));
+            for ((vertex, site), (&at, &from)) in vertices {
+                if let Some(exit) = site.exit {
+                    self.pulls.push(Pull { vertex, offset: exit - at, weight: 1.0 });
+                } else if let Some((_, contact)) = site.contacts.nearest() {
+                    let height = contact.distance + contact.normal.dot(at - from);
+                    if height < 0.0 {
+                        let gap = paper.clearance - height;
+                        self.pushes.push(Push { vertex, normal: contact.normal, gap, weight: 1.0 });
+                    }
+                }
+            }
+            for vertex in band.edge() {
+                let (site, at) = (&self.sites[vertex as usize], garment[vertex as usize]);
+                if let Some(contact) = site.contacts.of(0) {
+                    let foot = predicted[vertex as usize] - contact.distance * contact.normal;
+                    self.pulls.push(Pull { vertex, offset: foot - at, weight: paper.tightness });
+                }
+            }
+            if self.pushes.is_empty() && self.pulls.is_empty() {
+                return;
+            }
+            solver.solve(stiffness, &self.pushes, &self.pulls, self.options.warp, &mut self.warp);
+            self.advance(solver.region(), garment);
+        }
+    }
+
+    /// Moves the vertices that a warp moves.
+    fn advance(&mut self, region: &[u32], garment: &mut [Vec3]) {
+        for &vertex in region {
+            let (step, site) = (self.warp[vertex as usize], &mut self.sites[vertex as usize]);
+            garment[vertex as usize] += step;
+            site.slack -= step.length();
+            site.stale |= site.exit.is_none() && site.slack < self.options.trigger;
+        }
+    }
+
+    /// Finds the ways out of parts that pass through each other.
+    fn find_exits(&mut self, grounds: &[Ground<'_>], garment: &[Vec3]) {
+        let clearance = 2.0 * self.options.least;
+        let sites = self.sites.par_iter_mut().zip(garment).with_min_len(VERTICES_AT_ONCE);
+        sites.for_each(|(site, &at)| site.find_exit(grounds, at, clearance));
+    }
+
     /// Finds the contacts of all vertices that have moved.
-    fn look(&mut self, obstacles: &[&Obstacle], garment: &[Vec3]) {
+    fn look(&mut self, grounds: &[Ground<'_>], garment: &[Vec3]) {
         let reach = self.options.reach;
         let sites = self.sites.par_iter_mut().zip(garment).with_min_len(VERTICES_AT_ONCE);
-        sites.filter(|(site, _)| site.stale).for_each(|(site, &at)| site.look(obstacles, at, reach));
+        sites.filter(|(site, _)| site.stale).for_each(|(site, &at)| site.look(grounds, at, reach));
     }
 
     /// Moves by itself every vertex that is still too near.
-    fn settle(&mut self, obstacles: &[&Obstacle], garment: &mut [Vec3]) {
+    fn settle(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
         let ExactOptions { least, reach, final_rounds, .. } = self.options;
         let sites = self.sites.par_iter_mut().zip(garment).with_min_len(VERTICES_AT_ONCE);
-        sites.for_each(|(site, at)| site.settle(obstacles, at, least, reach, final_rounds));
+        sites.for_each(|(site, at)| site.settle(grounds, at, least, reach, final_rounds));
     }
 
     /// Number of vertices inside and the depth of the deepest (m).
@@ -166,16 +257,22 @@ impl ExactPush {
         (inside.clone().count(), -inside.fold(0.0, f64::min))
     }
 
-    /// Pushes for vertices that are too near; returns by how much at most (m).
-    fn collect_pushes(&mut self) -> f64 {
+    /// Pushes for vertices that are too near, and pulls for those that go to their exits; returns by how much at most (m)
+    /// the former are.
+    fn collect_pushes(&mut self, garment: &[Vec3]) -> f64 {
         self.pushes.clear();
+        self.pulls.clear();
         let mut shortfall: f64 = 0.0;
         for (vertex, site) in self.sites.iter().enumerate() {
+            if let Some(exit) = site.exit {
+                let offset = exit - garment[vertex];
+                self.pulls.push(Pull { vertex: vertex as u32, offset, weight: self.options.weight });
+                continue;
+            }
             if site.contacts.least() >= self.options.trigger {
                 continue;
             }
             let contacts = site.contacts.as_slice();
-            // A push towards the rim of a crossing would drag the neighbours along.
             if contacts.iter().any(|contact| contact.pinched) {
                 continue;
             }
@@ -199,8 +296,8 @@ impl ExactPush {
 
     /// Pushes for cloth that body vertices show through: each triangle is lifted off the body vertices above it. Returns
     /// whether there are any.
-    fn collect_shows(&mut self, obstacles: &[&Obstacle], garment: &[Vec3]) -> bool {
-        find_lifts(&self.topology, &self.sites, obstacles, garment, &mut self.lifts);
+    fn collect_shows(&mut self, grounds: &[Ground<'_>], garment: &[Vec3]) -> bool {
+        find_lifts(&self.topology, &mut self.sites, grounds, garment, &mut self.lifts);
         for &Lift { face, normal, height } in &self.lifts {
             let gap = height + SHOW_CLEARANCE;
             self.pushes.extend(face.map(|vertex| Push { vertex, normal, gap, weight: self.options.weight }));
@@ -209,8 +306,8 @@ impl ExactPush {
     }
 
     /// Lifts by themselves the triangles that body vertices still show through.
-    fn lift_single_faces(&mut self, obstacles: &[&Obstacle], garment: &mut [Vec3]) {
-        find_lifts(&self.topology, &self.sites, obstacles, garment, &mut self.lifts);
+    fn lift_single_faces(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
+        find_lifts(&self.topology, &mut self.sites, grounds, garment, &mut self.lifts);
         for &Lift { face, normal, height } in &self.lifts {
             for vertex in face {
                 garment[vertex as usize] += (height + 0.5 * SHOW_CLEARANCE) * normal;

@@ -3,35 +3,41 @@
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use modiste_body::Part;
-use modiste_core::{Topology, Vec3};
+use modiste_core::{SurfacePoint, Topology, Vec3};
 use rayon::prelude::*;
 
+use super::crowding::{Crowding, FREE, REACH};
 use super::obstacle::Obstacle;
 
 /// Where the surface just outside a vertex is asked for (m).
 const JUST_OUTSIDE: f64 = 0.0005;
 
-/// What is known of a vertex or a face.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum State {
-    Unknown,
-    Exposed,
-    Buried,
-}
+/// Parts of a surface further from a nearest point than this (m) are not of its neighbourhood.
+const NEIGHBOURHOOD: f64 = REACH;
 
-/// Tells per vertex whether the surface there is buried.
+/// How far outside a hull a point must be to be told to be outside of its part (m).
+const HULL_MARGIN: f64 = 0.004;
+
+/// By how much (m) a part of the surface must be further away than the nearest point found.
+const CLEARLY: f64 = 0.003;
+
+/// Tells whether the surface is buried, at a vertex or elsewhere.
 ///
-/// The winding number just above the surface tells. It is the same at neighbours unless the surface passes between them:
-/// it is taken once for each patch that the crossings cut off, not once a vertex. Heads, hands and feet outside the hulls
-/// of all other limbs are taken to be exposed.
+/// The winding number just above the surface tells, for those vertices that are asked about. Outside the hulls of all
+/// other parts it need not be taken.
 #[derive(Debug, Clone)]
 pub(crate) struct Exposure {
-    limbs: Vec<u8>,
+    parts: Vec<Part>,
+    /// The vertices of the faces of each part. Those between two parts belong to both, so that nothing inside the body is
+    /// outside all hulls.
+    vertices_of: Vec<Vec<u32>>,
     hulls: Vec<Hull>,
-    vertices: Vec<State>,
-    queue: Vec<u32>,
+    vertices: Lazy,
     /// Of the middles of faces whose corners differ.
     middles: Lazy,
+    /// Whether there is room over the middle of a face.
+    open: Lazy,
+    crowding: Crowding,
 }
 
 /// What was found out so far. Atomic only so that a surface may be asked from several threads; the answer is the same.
@@ -66,7 +72,7 @@ impl Lazy {
     }
 }
 
-/// Least and greatest extent of a limb in 13 directions.
+/// Least and greatest extent of a part in 13 directions.
 #[derive(Debug, Clone, Copy)]
 struct Hull([(f64, f64); DIRECTIONS.len()]);
 
@@ -89,6 +95,12 @@ const DIRECTIONS: [Vec3; 13] = [
 impl Hull {
     const EMPTY: Self = Self([(f64::INFINITY, f64::NEG_INFINITY); DIRECTIONS.len()]);
 
+    fn of(points: impl Iterator<Item = Vec3>) -> Self {
+        let mut hull = Self::EMPTY;
+        points.for_each(|point| hull.add(point));
+        hull
+    }
+
     fn add(&mut self, point: Vec3) {
         for (direction, (low, high)) in DIRECTIONS.iter().zip(&mut self.0) {
             let along = direction.dot(point);
@@ -97,118 +109,106 @@ impl Hull {
         }
     }
 
-    fn holds(&self, point: Vec3) -> bool {
-        DIRECTIONS.iter().zip(&self.0).all(|(direction, (low, high))| (*low..=*high).contains(&direction.dot(point)))
+    /// Whether a point, given by its extents, is in the hull or nearer to it than `margin` in some direction.
+    fn holds(&self, extents: &[f64; DIRECTIONS.len()], margin: f64) -> bool {
+        self.0.iter().zip(extents).all(|((low, high), along)| (*low - margin..=*high + margin).contains(along))
     }
 }
 
-/// Number of limbs.
-const LIMBS: usize = 10;
-
-/// Trunk and limbs, which garments lie on, come first, then the extremities.
-fn limb(part: Part) -> u8 {
-    match part {
-        Part::Pelvis | Part::Abdomen | Part::Chest | Part::Neck | Part::LeftShoulder | Part::RightShoulder => 0,
-        Part::LeftUpperArm | Part::LeftForearm => 1,
-        Part::RightUpperArm | Part::RightForearm => 2,
-        Part::LeftThigh | Part::LeftShin => 3,
-        Part::RightThigh | Part::RightShin => 4,
-        Part::Head => 5,
-        Part::LeftHand => 6,
-        Part::RightHand => 7,
-        Part::LeftFoot => 8,
-        Part::RightFoot => 9,
-    }
-}
-
-/// Half of a body's vertices are those of head, hands and feet. Only where these come near another limb does it matter
-/// for cloth whether they are buried.
-fn is_extremity(limb: usize) -> bool {
-    limb > 4
+/// Garments lie on all but head, hands and feet, which have half of a body's vertices.
+fn is_covered(part: Part) -> bool {
+    !matches!(part, Part::Head | Part::LeftHand | Part::RightHand | Part::LeftFoot | Part::RightFoot)
 }
 
 impl Exposure {
-    pub(crate) fn new(topology: &Topology, face_parts: &[Part]) -> Self {
-        let mut limbs = vec![0; topology.vertex_count()];
+    /// For a surface and its vertices (m) in any pose. Cloth on the parts that are `worn` is told about quickly.
+    pub(crate) fn new(topology: &Topology, face_parts: &[Part], worn: &[Part], vertices: &[Vec3]) -> Self {
+        let mut parts = vec![Part::Pelvis; topology.vertex_count()];
+        let mut vertices_of = vec![Vec::new(); Part::COUNT];
         for (face, &part) in topology.faces().iter().zip(face_parts) {
-            face.iter().for_each(|&vertex| limbs[vertex as usize] = limb(part));
+            face.iter().for_each(|&vertex| parts[vertex as usize] = part);
+            vertices_of[part.index()].extend(face);
+        }
+        for vertices in &mut vertices_of {
+            vertices.sort_unstable();
+            vertices.dedup();
         }
         Self {
-            hulls: vec![Hull::EMPTY; LIMBS],
-            vertices: vec![State::Exposed; limbs.len()],
-            queue: Vec::new(),
+            vertices_of,
+            hulls: vec![Hull::EMPTY; Part::COUNT],
+            vertices: Lazy::new(parts.len()),
             middles: Lazy::new(topology.face_count()),
-            limbs,
+            open: Lazy::new(topology.face_count()),
+            crowding: Crowding::new(topology, vertices, |face| worn.contains(&face_parts[face])),
+            parts,
         }
     }
 
-    /// Finds out anew about a surface that has moved.
+    /// Takes in a surface that has moved.
     pub(crate) fn update(&mut self, surface: &Obstacle) {
-        self.hulls.fill(Hull::EMPTY);
-        for (vertex, &limb) in surface.vertices().iter().zip(&self.limbs) {
-            self.hulls[usize::from(limb)].add(*vertex);
-        }
+        let hulls = self.hulls.par_iter_mut().zip(&self.vertices_of);
+        hulls.for_each(|(hull, vertices)| *hull = Hull::of(vertices.iter().map(|&v| surface.vertices()[v as usize])));
+        self.vertices.forget();
         self.middles.forget();
-        self.suspect(surface);
-        self.spread(surface);
+        self.open.forget();
+        self.crowding.update(surface);
     }
 
-    /// Forgets what is known of all vertices that may be buried.
-    fn suspect(&mut self, surface: &Obstacle) {
-        let Self { limbs, hulls, vertices, .. } = self;
-        let each = (0..limbs.len() as u32).into_par_iter().zip(&*limbs);
-        vertices.par_iter_mut().zip(each).with_min_len(512).for_each(|(state, (vertex, &own))| {
-            let above = just_above(surface, vertex);
-            let own = usize::from(own);
-            let may_be_buried = !is_extremity(own) || (0..LIMBS).any(|limb| limb != own && hulls[limb].holds(above));
-            *state = if may_be_buried { State::Unknown } else { State::Exposed };
-        });
-    }
-
-    /// Spreads what is known along edges that nothing passes through.
-    fn spread(&mut self, surface: &Obstacle) {
-        let Self { vertices, queue, .. } = self;
-        let above = |vertex: u32| just_above(surface, vertex);
-        let ask = |vertex: u32| if surface.is_inside(above(vertex)) { State::Buried } else { State::Exposed };
-        queue.clear();
-        for seed in 0..vertices.len() as u32 {
-            if vertices[seed as usize] != State::Unknown {
-                continue;
-            }
-            let state = ask(seed);
-            vertices[seed as usize] = state;
-            queue.push(seed);
-            while let Some(vertex) = queue.pop() {
-                for &other in surface.topology().neighbours(vertex as usize) {
-                    let found = vertices[other as usize];
-                    // What is taken to be exposed, because no other limb is near, may be folded into its own.
-                    let is_open = found == State::Unknown || (state == State::Buried && found == State::Exposed);
-                    if is_open
-                        && !surface.passes_between(above(vertex), above(other))
-                        && (found == State::Unknown || ask(other) == State::Buried)
-                    {
-                        vertices[other as usize] = state;
-                        queue.push(other);
-                    }
-                }
-            }
-        }
+    /// Whether a point is in or next to the hull of another part than the one given.
+    fn is_near_another(&self, part: Part, point: Vec3, margin: f64) -> bool {
+        let extents = DIRECTIONS.map(|direction| direction.dot(point));
+        let hulls = self.hulls.iter().enumerate().filter(|&(index, _)| index != part.index());
+        hulls.into_iter().any(|(_, hull)| hull.holds(&extents, margin))
     }
 
     /// Whether the surface at a vertex can be reached from outside.
-    pub(crate) fn is_vertex_exposed(&self, vertex: u32) -> bool {
-        self.vertices[vertex as usize] == State::Exposed
+    pub(crate) fn is_vertex_exposed(&self, surface: &Obstacle, vertex: u32) -> bool {
+        self.vertices.is_exposed(vertex as usize, || {
+            let above = just_above(surface, vertex);
+            let is_free = !is_covered(self.parts[vertex as usize]) || self.crowding.room_of_vertex(vertex) >= FREE;
+            (is_free && !self.is_near_another(self.parts[vertex as usize], above, HULL_MARGIN))
+                || !surface.is_inside(above)
+        })
+    }
+
+    /// Whether there is room over a face; `find_out` is asked once.
+    pub(crate) fn is_open(&self, face: u32, find_out: impl FnOnce() -> bool) -> bool {
+        self.open.is_exposed(face as usize, find_out)
     }
 
     /// How many corners of a face are exposed.
-    fn exposed_corners(&self, surface: &Obstacle, face: u32) -> usize {
+    pub(crate) fn exposed_corners(&self, surface: &Obstacle, face: u32) -> usize {
         let corners = surface.topology().faces()[face as usize];
-        corners.iter().filter(|&&vertex| self.is_vertex_exposed(vertex)).count()
+        corners.iter().filter(|&&vertex| self.is_vertex_exposed(surface, vertex)).count()
     }
 
     /// Whether a face is partly buried.
     pub(crate) fn is_mixed(&self, surface: &Obstacle, face: u32) -> bool {
         !matches!(self.exposed_corners(surface, face), 0 | 3)
+    }
+
+    /// Whether no other surface comes so near to a face that it may pass through it.
+    pub(crate) fn has_room(&self, face: u32) -> bool {
+        self.crowding.room(face) > CLEARLY
+    }
+
+    /// Whether the point of the surface that is nearest among those around it is so among all, and exposed.
+    ///
+    /// It is where nothing faces it that is near, or where no vertex but those around it is. Not all that are so are told.
+    pub(crate) fn is_certain(&self, surface: &Obstacle, point: Vec3, at: &SurfacePoint) -> bool {
+        if self.exposed_corners(surface, at.face) != 3 {
+            return false;
+        }
+        if self.crowding.room(at.face) > 2.0 * at.distance + CLEARLY {
+            return true;
+        }
+        let is_inside = (point - at.point).dot(surface.face_normal(at.face)) < 0.0;
+        let part = self.parts[surface.topology().faces()[at.face as usize][0] as usize];
+        !is_inside
+            && is_covered(part)
+            && self.crowding.room(at.face) >= FREE
+            && self.crowding.is_alone(point, at.point, NEIGHBOURHOOD, at.distance + CLEARLY)
+            && !self.is_near_another(part, point, HULL_MARGIN)
     }
 
     /// Whether a point of a face can be reached from outside.
@@ -223,7 +223,7 @@ impl Exposure {
         }
         let corners = surface.topology().faces()[face as usize];
         let place = |vertex: u32| surface.vertices()[vertex as usize];
-        let middle = corners.iter().map(|&vertex| place(vertex)).sum::<Vec3>() / 3.0;
+        let middle = surface.middle(face);
         let mut nearest = (middle.distance_squared(at), None);
         for vertex in corners {
             let distance = place(vertex).distance_squared(at);
@@ -232,7 +232,7 @@ impl Exposure {
             }
         }
         match nearest.1 {
-            Some(vertex) => self.is_vertex_exposed(vertex),
+            Some(vertex) => self.is_vertex_exposed(surface, vertex),
             None => self.middles.is_exposed(face as usize, || is_outside_above(surface, face, middle)),
         }
     }

@@ -4,6 +4,9 @@ use std::sync::Arc;
 
 use modiste_core::{Topology, Vec3};
 
+use super::band::Band;
+use super::contacts::MOST;
+use super::cover::{Cover, Ground};
 use super::exact::{ExactOptions, ExactPush, ExactReport};
 use super::obstacle::Obstacle;
 use super::paper::{CombinedVertices, Correspondence, PaperMemory, PaperOptions, push_out};
@@ -12,7 +15,8 @@ use super::warp::Warp;
 /// Which parts of the fit run, and how.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitOptions {
-    /// The paper's iterations; `None` leaves them out.
+    /// The paper's iterations; `None` leaves them out. Alone they find correspondences as the paper does, between vertices;
+    /// before the exact push-out they take the nearest points of triangles, which that needs in any case.
     pub paper: Option<PaperOptions>,
     /// The exact push-out; `None` leaves it out.
     pub exact: Option<ExactOptions>,
@@ -50,6 +54,7 @@ pub struct Fit {
     correspondences: Vec<Option<Correspondence>>,
     memory: PaperMemory,
     exact: Option<ExactPush>,
+    band: Band,
     /// The garment as it was handed in (m).
     predicted: Vec<Vec3>,
 }
@@ -64,38 +69,77 @@ impl Fit {
             correspondences: Vec::new(),
             memory: PaperMemory::default(),
             exact: options.exact.map(|exact| ExactPush::new(topology, exact)),
+            band: Band::new(topology, waist_band),
             predicted: Vec::new(),
             options,
         }
     }
 
-    /// Moves the vertices of the garment (m, world) out of all surfaces below it.
+    /// Finds how the garment as it was predicted (m, world) lies to the body. Garments can do so side by side, before one is
+    /// fitted after the other.
+    pub(crate) fn approach(&mut self, body: &Obstacle, garment: &[Vec3]) {
+        self.predicted.clear();
+        self.predicted.extend_from_slice(garment);
+        if let Some(exact) = &mut self.exact {
+            exact.approach(body, garment);
+        }
+    }
+
+    /// Moves the vertices of the garment (m, world) out of all surfaces below it, the body first, after [`Self::approach`];
+    /// `cover` says how thick other garments lie on the body. Without a body nothing is done.
     ///
     /// # Panics
     /// If there is not one vertex for each of the garment's topology.
-    pub fn fit(&mut self, below: &[Below<'_>], garment: &mut [Vec3]) -> ExactReport {
-        self.predicted.clear();
-        self.predicted.extend_from_slice(garment);
-        if let Some(paper) = &self.options.paper {
-            let surfaces: Vec<(&Obstacle, &[u32])> =
-                below.iter().map(|surface| (surface.obstacle, surface.members)).collect();
-            self.combined.fill(&surfaces);
-            self.combined.correspond(&surfaces, garment, &mut self.correspondences);
-            push_out(&mut self.solver, paper, &self.correspondences, &self.waist_band, garment, &mut self.memory);
+    pub(crate) fn fit(&mut self, below: &[Below<'_>], cover: &Cover, garment: &mut [Vec3]) -> ExactReport {
+        if below.is_empty() {
+            return ExactReport::default();
         }
-        let Some(exact) = &mut self.exact else { return ExactReport::default() };
-        let obstacles: Vec<&Obstacle> = below.iter().map(|surface| surface.obstacle).collect();
-        exact.run(&mut self.solver, &obstacles, &self.predicted, garment)
+        match (&mut self.exact, &self.options.paper) {
+            (Some(exact), paper) => {
+                let mut grounds: [_; MOST] = std::array::from_fn(|index| {
+                    let surface = below[index.min(below.len() - 1)];
+                    Ground { obstacle: surface.obstacle, cover: None }
+                });
+                grounds[0].cover = Some(cover).filter(|cover| !cover.is_empty());
+                let first = (paper.as_ref(), &mut self.band);
+                exact.run(&mut self.solver, &grounds[..below.len().min(MOST)], first, &self.predicted, garment)
+            }
+            (None, Some(paper)) => {
+                let surfaces: Vec<(&Obstacle, &[u32])> =
+                    below.iter().map(|surface| (surface.obstacle, surface.members)).collect();
+                self.combined.fill(&surfaces);
+                self.combined.correspond(&surfaces, garment, &mut self.correspondences);
+                let memory = &mut self.memory;
+                push_out(&mut self.solver, paper, &self.correspondences, &self.waist_band, garment, memory);
+                ExactReport::default()
+            }
+            (None, None) => ExactReport::default(),
+        }
+    }
+
+    /// Lays the garment as it was fitted last on the faces of the body that it covers, for those above it; `thickness` in
+    /// metres.
+    pub(crate) fn lay_on(&self, body: &Obstacle, covered: &[bool], cover: &mut Cover, thickness: f64) {
+        if let Some(exact) = &self.exact {
+            let contacts = exact.body_contacts().filter(|contact| covered[contact.face as usize]);
+            cover.lay(body.topology(), body.vertices(), contacts, thickness);
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Below, Fit, FitOptions};
+    use super::{Below, Cover, ExactReport, Fit, FitOptions};
     use crate::refine::obstacle::Obstacle;
     use crate::refine::penetration::measure;
     use modiste_core::shapes::icosphere;
     use modiste_core::{Mesh, Quat, Vec3};
+
+    /// Fits a garment to what is below it, all at once.
+    fn put_on(mut fit: Fit, below: &[Below<'_>], garment: &mut [Vec3]) -> ExactReport {
+        fit.approach(below[0].obstacle, garment);
+        fit.fit(below, &Cover::default(), garment)
+    }
 
     /// A sphere of 0.2 m for a body, and the members of its vertex set.
     fn body() -> (Mesh, Obstacle, Vec<u32>) {
@@ -109,7 +153,8 @@ mod tests {
     /// A ball of cloth around the body, pushed in near one pole.
     fn cloth(radius: f64, dent: f64) -> Mesh {
         let mut sphere = icosphere(4);
-        let turn = Quat::from_rotation_y(0.1);
+        // In no plane of symmetry of the body, where two faces may be equally near.
+        let turn = Quat::from_rotation_y(0.1) * Quat::from_rotation_z(0.07);
         for vertex in &mut sphere.vertices {
             let inward = dent * (-(*vertex - Vec3::X).length_squared() / 0.1).exp();
             *vertex = turn * ((radius - inward) * *vertex);
@@ -125,7 +170,7 @@ mod tests {
         let below = [Below { obstacle: &obstacle, members: &members }];
         let before = measure(&sphere.topology, &sphere.vertices, &garment.vertices);
         assert!(before.count > 50 && before.worst_depth > 0.015, "{before:?}");
-        let report = Fit::new(&garment.topology, &[], FitOptions::default()).fit(&below, &mut fitted);
+        let report = put_on(Fit::new(&garment.topology, &[], FitOptions::default()), &below, &mut fitted);
         let after = measure(&sphere.topology, &sphere.vertices, &fitted);
         assert_eq!((after.count, report.inside_after), (0, 0));
         let still = garment.vertices.iter().zip(&fitted).filter(|(before, _)| before.x < 0.0);
@@ -145,7 +190,7 @@ mod tests {
         let garment = cloth(0.205, 0.02);
         let mut fitted = garment.vertices.clone();
         let below = [Below { obstacle: &obstacle, members: &members }];
-        Fit::new(&garment.topology, &[], FitOptions::paper_only()).fit(&below, &mut fitted);
+        put_on(Fit::new(&garment.topology, &[], FitOptions::paper_only()), &below, &mut fitted);
         let before = measure(&sphere.topology, &sphere.vertices, &garment.vertices);
         let after = measure(&sphere.topology, &sphere.vertices, &fitted);
         assert!(after.worst_depth < 0.2 * before.worst_depth, "{before:?} {after:?}");
@@ -160,7 +205,7 @@ mod tests {
         let moved = |x: &[Vec3]| -> Vec<Vec3> { x.iter().map(|v| turn * *v + shift).collect() };
         let run = |obstacle: &Obstacle, mut vertices: Vec<Vec3>| {
             let below = [Below { obstacle, members: &members }];
-            Fit::new(&garment.topology, &[], FitOptions::default()).fit(&below, &mut vertices);
+            put_on(Fit::new(&garment.topology, &[], FitOptions::default()), &below, &mut vertices);
             vertices
         };
         let plain = run(&obstacle, garment.vertices.clone());
@@ -184,7 +229,7 @@ mod tests {
             Below { obstacle: &inner_surface, members: &inner_members },
         ];
         assert!(measure(&inner.topology, &inner.vertices, &outer.vertices).count > 20);
-        Fit::new(&outer.topology, &[], FitOptions::default()).fit(&below, &mut fitted);
+        put_on(Fit::new(&outer.topology, &[], FitOptions::default()), &below, &mut fitted);
         assert_eq!(measure(&inner.topology, &inner.vertices, &fitted).count, 0);
         assert_eq!(measure(&sphere.topology, &sphere.vertices, &fitted).count, 0);
     }
@@ -214,7 +259,7 @@ mod tests {
         // The layer over it is coarser, and close to the body.
         let outer = ball(4, 1.003);
         let mut fitted = outer.vertices.clone();
-        Fit::new(&outer.topology, &[], FitOptions::default()).fit(&below, &mut fitted);
+        put_on(Fit::new(&outer.topology, &[], FitOptions::default()), &below, &mut fitted);
         let places: Vec<_> = low.iter().map(|&v| ball_of_cloth.vertices[v as usize]).collect();
         let covered = measure(&outer.topology, &fitted, &places).count;
         assert_eq!(covered, low.len(), "all of the inner layer is under the outer one");
@@ -228,7 +273,7 @@ mod tests {
             (0u32..).zip(&garment.vertices).filter(|(_, v)| v.y.abs() < 0.02).map(|(vertex, _)| vertex).collect();
         let below = [Below { obstacle: &obstacle, members: &members }];
         let mut fitted = garment.vertices.clone();
-        Fit::new(&garment.topology, &band, FitOptions::default()).fit(&below, &mut fitted);
+        put_on(Fit::new(&garment.topology, &band, FitOptions::default()), &below, &mut fitted);
         let mean = |x: &[Vec3]| band.iter().map(|&v| x[v as usize].length() - 0.2).sum::<f64>() / band.len() as f64;
         assert!(mean(&fitted) < 0.6 * mean(&garment.vertices), "{} {}", mean(&fitted), mean(&garment.vertices));
     }

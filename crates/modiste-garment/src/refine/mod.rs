@@ -1,7 +1,10 @@
 //! From the predicted garment to one that is worn: outside the body, over other garments (DRAPE §5; Guan 2013, ch. 5 §4).
 
 pub mod anchors;
+mod band;
 mod contacts;
+mod cover;
+mod crowding;
 mod exact;
 mod exposure;
 mod fit;
@@ -12,9 +15,11 @@ mod paper;
 pub mod penetration;
 mod shows;
 mod tears;
+mod walk;
 mod warp;
 mod way_out;
 
+pub(crate) use cover::Cover;
 pub use exact::{ExactOptions, ExactReport};
 pub use fit::{Below, Fit, FitOptions};
 pub use layers::upper_body;

@@ -36,7 +36,8 @@ pub struct Obstacle {
     exposure: Option<Exposure>,
 }
 
-const NONE: u32 = u32::MAX;
+/// No face.
+pub(crate) const NONE: u32 = u32::MAX;
 /// A point that was not asked about before.
 pub(crate) const NO_HINT: u32 = NONE;
 
@@ -51,11 +52,35 @@ pub(crate) struct Contact {
     pub(crate) face: u32,
     /// Whether the surface nearest to the point is buried: the point lies between parts that pass through each other.
     pub(crate) pinched: bool,
+    /// Where on the face the nearest point is.
+    pub(crate) barycentric: [f64; 3],
+    /// How much further the surface itself is (m), where garments lie on it that count as part of it.
+    pub(crate) raised: f64,
+    /// Whether the sign is beyond doubt. Near buried surface it is told to the size of a triangle.
+    pub(crate) certain: bool,
+}
+
+impl Contact {
+    /// Where there is none.
+    pub(crate) const NONE: Self = Self {
+        distance: 0.0,
+        normal: Vec3::ZERO,
+        face: 0,
+        barycentric: [0.0; 3],
+        raised: 0.0,
+        pinched: false,
+        certain: false,
+    };
+
+    fn at(at: &SurfacePoint, distance: f64, normal: Vec3) -> Self {
+        let SurfacePoint { face, barycentric, .. } = *at;
+        Self { distance, normal, face, barycentric, raised: 0.0, pinched: false, certain: true }
+    }
 }
 
 /// Where on the mesh a closest point lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Feature {
+pub(crate) enum Feature {
     Face,
     /// The edge opposite this corner.
     Edge(usize),
@@ -64,9 +89,9 @@ enum Feature {
 }
 
 impl Obstacle {
-    /// A closed body whose parts may pass through each other.
-    pub fn body(topology: Arc<Topology>, face_parts: &[Part], vertices: &[Vec3]) -> Self {
-        let exposure = Exposure::new(&topology, face_parts);
+    /// A closed body whose parts may pass through each other, for garments worn on some of them.
+    pub fn body(topology: Arc<Topology>, face_parts: &[Part], worn: &[Part], vertices: &[Vec3]) -> Self {
+        let exposure = Exposure::new(&topology, face_parts, worn, vertices);
         let mut obstacle = Self::single(topology, vertices);
         obstacle.exposure = Some(exposure);
         obstacle.update(vertices);
@@ -131,6 +156,11 @@ impl Obstacle {
         }
     }
 
+    /// The face across the edge of a face that is opposite a corner; [`NONE`] on the boundary.
+    pub(crate) fn across(&self, face: u32, corner: usize) -> u32 {
+        self.across[face as usize][corner]
+    }
+
     /// The faces of the surface.
     pub fn topology(&self) -> &Arc<Topology> {
         &self.topology
@@ -169,14 +199,51 @@ impl Obstacle {
         *hint = at.face;
         let is_buried = refused < at.distance;
         if !is_buried && !exposure.is_mixed(self, at.face) {
-            return self.contact_at(point, &at);
+            let certain = exposure.has_room(at.face);
+            return self.contact_at(point, &at).map(|contact| Contact { certain, ..contact });
         }
         // Next to a buried surface all is inside; along its rim the winding number tells.
         let inside = (is_buried && deep) || (!self.sees_outside(point, at.face) && self.is_inside(point));
         let offset = if inside { at.point - point } else { point - at.point };
         let normal = offset.normalize_or(self.face_normal(at.face));
         let distance = if inside { -at.distance } else { at.distance };
-        Some(Contact { distance, normal, face: at.face, pinched: inside && is_buried })
+        Some(Contact { pinched: inside && is_buried, certain: false, ..Contact::at(&at, distance, normal) })
+    }
+
+    /// [`Self::contact`], but of a point between parts that pass through each other only that it is, and the buried surface
+    /// nearest to it: the outside is a long way to look for.
+    pub(crate) fn touch(&self, point: Vec3, reach: f64, hint: &mut u32) -> Option<Contact> {
+        let Some(exposure) = &self.exposure else {
+            // From the end of a walk the tree has hardly anything left to search.
+            *hint = self.walked(point, *hint).map_or(NONE, |at| at.face);
+            return self.contact(point, reach, hint);
+        };
+        let likely = match self.walked(point, *hint) {
+            Some(at) if at.distance <= reach && exposure.is_certain(self, point, &at) => {
+                *hint = at.face;
+                return self.contact_at(point, &at);
+            }
+            walked => walked.map(|at| at.face),
+        };
+        let at = self.tree.closest_point_near(&self.vertices, point, reach, likely)?;
+        *hint = at.face;
+        match exposure.exposed_corners(self, at.face) {
+            3 => {
+                let certain = exposure.has_room(at.face);
+                self.contact_at(point, &at).map(|contact| Contact { certain, ..contact })
+            }
+            // Where the nearest of all points is buried, so is what lies between.
+            0 => {
+                let (normal, distance) = (self.face_normal(at.face), -at.distance.max(f64::MIN_POSITIVE));
+                Some(Contact { pinched: true, certain: false, ..Contact::at(&at, distance, normal) })
+            }
+            _ => self.contact(point, reach, hint),
+        }
+    }
+
+    /// Where a walk from a face leads, if there is one to begin with.
+    fn walked(&self, point: Vec3, from: u32) -> Option<SurfacePoint> {
+        (from != NONE).then(|| self.walk(point, from))
     }
 
     /// Whether this is a body, whose parts may pass through each other.
@@ -200,7 +267,24 @@ impl Obstacle {
     /// Whether any corner of a face can be reached from outside.
     pub(crate) fn has_exposed_corner(&self, face: u32) -> bool {
         let corners = self.topology.faces()[face as usize];
-        self.exposure.as_ref().is_none_or(|exposure| corners.iter().any(|&corner| exposure.is_vertex_exposed(corner)))
+        self.exposure
+            .as_ref()
+            .is_none_or(|exposure| corners.iter().any(|&corner| exposure.is_vertex_exposed(self, corner)))
+    }
+
+    /// Whether the outside begins at `clearance` (m) above the middle of a face; it is told anew when the surface moves, and
+    /// for one clearance only.
+    pub(crate) fn is_open_above(&self, face: u32, clearance: f64) -> bool {
+        let find_out = || !self.is_inside(self.middle(face) + clearance * self.face_normal(face));
+        match &self.exposure {
+            Some(exposure) => exposure.is_open(face, find_out),
+            None => find_out(),
+        }
+    }
+
+    /// The middle of a face (m).
+    pub(crate) fn middle(&self, face: u32) -> Vec3 {
+        self.topology.faces()[face as usize].iter().map(|&vertex| self.vertices[vertex as usize]).sum::<Vec3>() / 3.0
     }
 
     /// Whether a point is inside the closed surface: whether it goes around the point.
@@ -216,7 +300,7 @@ impl Obstacle {
     pub(crate) fn sees_outside(&self, point: Vec3, face: u32) -> bool {
         let Some(exposure) = &self.exposure else { return false };
         let exposed =
-            self.topology.faces()[face as usize].into_iter().filter(|&corner| exposure.is_vertex_exposed(corner));
+            self.topology.faces()[face as usize].into_iter().filter(|&corner| exposure.is_vertex_exposed(self, corner));
         let distance = |corner: &u32| self.vertices[*corner as usize].distance_squared(point);
         let nearest = exposed.min_by(|a, b| distance(a).total_cmp(&distance(b)));
         nearest.is_some_and(|corner| !self.passes_between(point, just_above(self, corner)))
@@ -255,13 +339,13 @@ impl Obstacle {
         if on_boundary {
             let aside = (at.distance * at.distance - height * height).max(0.0).sqrt();
             let distance = height - self.thickness;
-            let contact = Contact { distance, normal: pseudo_normal, face: at.face, pinched: false };
+            let contact = Contact::at(at, distance, pseudo_normal);
             return (aside <= BOUNDARY_REACH).then_some(contact);
         }
         let sign = if height < 0.0 { -1.0 } else { 1.0 };
         // Close to the surface the offset is rounding, and the pseudo-normal is the direction.
         let normal = if at.distance > 1e-7 { sign / at.distance * offset } else { pseudo_normal };
-        Some(Contact { distance: sign * at.distance - self.thickness, normal, face: at.face, pinched: false })
+        Some(Contact::at(at, sign * at.distance - self.thickness, normal))
     }
 }
 
@@ -285,7 +369,8 @@ fn angle_of_cosine(cosine: f64) -> f64 {
     if cosine < 0.0 { std::f64::consts::PI - positive } else { positive }
 }
 
-fn feature(barycentric: [f64; 3]) -> Feature {
+/// Where on a face a point lies.
+pub(crate) fn feature(barycentric: [f64; 3]) -> Feature {
     let zero = barycentric.map(|value| value < ON_FEATURE);
     match zero {
         [false, true, true] => Feature::Vertex(0),
@@ -339,7 +424,7 @@ pub(crate) mod tests {
         let both = faces.iter().copied().chain(faces.iter().map(|face| face.map(|vertex| vertex + count))).collect();
         let mut parts = vec![Part::Chest; faces.len()];
         parts.resize(2 * faces.len(), Part::LeftThigh);
-        Obstacle::body(Arc::new(Topology::new(vertices.len(), both).unwrap()), &parts, &vertices)
+        Obstacle::body(Arc::new(Topology::new(vertices.len(), both).unwrap()), &parts, &parts, &vertices)
     }
 
     /// Signed distance from the union of the two spheres: outside the nearer, inside the nearest point of the union's

@@ -4,7 +4,7 @@ use modiste_core::{Topology, Vec3};
 use rayon::prelude::*;
 
 use super::contacts::Site;
-use super::obstacle::Obstacle;
+use super::cover::Ground;
 
 /// Vertices may show through cloth whose corners are at most this far from the surface (m).
 const SHOW_REACH: f64 = 0.012;
@@ -23,39 +23,49 @@ pub(crate) struct Lift {
     pub(crate) height: f64,
 }
 
-/// The triangles of cloth that vertices of surfaces below are above.
+/// The triangles of cloth that vertices of surfaces below are above, of those with a corner that has moved since the last time.
 pub(crate) fn find_lifts(
     topology: &Topology,
-    sites: &[Site],
-    obstacles: &[&Obstacle],
+    sites: &mut [Site],
+    grounds: &[Ground<'_>],
     garment: &[Vec3],
     lifts: &mut Vec<Lift>,
 ) {
     let faces = topology.faces().par_iter().with_min_len(FACES_AT_ONCE);
     lifts.clear();
-    lifts.par_extend(faces.filter_map(|face| lift(*face, sites, obstacles, garment)));
+    let known: &[Site] = sites;
+    let is_new = |face: &[u32; 3]| face.iter().any(|&vertex| known[vertex as usize].fresh);
+    lifts.par_extend(faces.filter(|face| is_new(face)).filter_map(|face| lift(*face, known, grounds, garment)));
+    sites.iter_mut().for_each(|site| site.fresh = false);
 }
 
 /// The vertices tried are those of the nearest faces of the corners, and where the surface is curved there, or ends under the
 /// triangle as a waist band does, those around them.
-fn lift(face: [u32; 3], sites: &[Site], obstacles: &[&Obstacle], garment: &[Vec3]) -> Option<Lift> {
+fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], garment: &[Vec3]) -> Option<Lift> {
     let contacts = face.map(|vertex| sites[vertex as usize].contacts.nearest());
     let [Some(a), Some(b), Some(c)] = contacts else { return None };
     let nearest = [a, b, c];
     if nearest.iter().any(|(_, contact)| contact.distance >= SHOW_REACH || contact.pinched) {
         return None;
     }
-    let corners = face.map(|vertex| garment[vertex as usize]);
-    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
     let product = |i: usize, j: usize| nearest[i].1.normal.dot(nearest[j].1.normal);
     let ends = nearest.iter().any(|(owner, _)| *owner != nearest[0].0);
-    let looks_around = ends || product(0, 1).min(product(1, 2)).min(product(2, 0)) < CURVED;
+    let turn = product(0, 1).min(product(1, 2)).min(product(2, 0));
+    let corners = face.map(|vertex| garment[vertex as usize]);
+    if !ends
+        && !may_bulge(corners, turn, nearest.iter().map(|(_, contact)| contact.distance).fold(f64::INFINITY, f64::min))
+    {
+        return None;
+    }
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+    let looks_around = ends || turn < CURVED;
     let mut height: f64 = 0.0;
     for (owner, contact) in nearest {
-        let obstacle = obstacles[owner];
+        let ground = &grounds[owner];
+        let obstacle = ground.obstacle;
         let mut try_vertex = |vertex: u32| {
             if obstacle.vertex_normals()[vertex as usize].dot(normal) > 0.2 {
-                height = height.max(height_above(corners, normal, obstacle.vertices()[vertex as usize]));
+                height = height.max(height_above(corners, normal, ground.vertex(vertex)));
             }
         };
         for vertex in obstacle.topology().faces()[contact.face as usize] {
@@ -67,6 +77,18 @@ fn lift(face: [u32; 3], sites: &[Site], obstacles: &[&Obstacle], garment: &[Vec3
     }
     // Centimetres above the cloth are no show-through, but another limb.
     (height > 0.0 && height < SHOW_REACH).then_some(Lift { face, normal, height })
+}
+
+/// Whether a surface whose normals at the corners of a triangle have a product of `turn` may bulge through it, when it is
+/// `distance` (m) below the nearest corner.
+///
+/// An arc that turns by θ over a chord L is at most about Lθ/8 above it; twice that, for surfaces that are not round.
+fn may_bulge(corners: [Vec3; 3], turn: f64, distance: f64) -> bool {
+    let squared = |i: usize, j: usize| corners[i].distance_squared(corners[j]);
+    let chord = squared(0, 1).max(squared(1, 2)).max(squared(2, 0)).sqrt();
+    // 1 - cos θ ≥ 0.2 θ² up to a half turn.
+    let angle = ((1.0 - turn).max(0.0) / 0.2).sqrt();
+    distance < SHOW_CLEARANCE + 0.25 * chord * angle
 }
 
 /// Height (m) of a point above a triangle, or minus infinity where it is not above it.

@@ -27,9 +27,15 @@ impl Tears {
     }
 
     /// Replaces the displacements from `predicted` by the mean of their neighbours' around all torn edges. Returns
-    /// whether there were any.
-    pub(crate) fn mend(&mut self, topology: &Topology, predicted: &[Vec3], garment: &mut [Vec3]) -> bool {
-        self.find(topology, predicted, garment);
+    /// whether there were any. Vertices that are `held` stay, and edges at them may be long.
+    pub(crate) fn mend(
+        &mut self,
+        topology: &Topology,
+        held: impl Fn(u32) -> bool,
+        predicted: &[Vec3],
+        garment: &mut [Vec3],
+    ) -> bool {
+        self.find(topology, held, predicted, garment);
         self.displacements.resize(garment.len(), Vec3::ZERO);
         for ((displacement, at), from) in self.displacements.iter_mut().zip(garment.iter()).zip(predicted) {
             *displacement = *at - *from;
@@ -53,20 +59,21 @@ impl Tears {
     }
 
     /// The ends of torn edges and the rings around them.
-    fn find(&mut self, topology: &Topology, predicted: &[Vec3], garment: &[Vec3]) {
+    fn find(&mut self, topology: &Topology, held: impl Fn(u32) -> bool, predicted: &[Vec3], garment: &[Vec3]) {
         let Self { region, in_region, .. } = self;
         in_region.clear();
         in_region.resize(garment.len(), false);
         region.clear();
         let mut add = |vertex: u32, region: &mut Vec<u32>| {
-            if !std::mem::replace(&mut in_region[vertex as usize], true) {
+            if !held(vertex) && !std::mem::replace(&mut in_region[vertex as usize], true) {
                 region.push(vertex);
             }
         };
         for edge in topology.edges() {
             let [a, b] = edge.vertices.map(|vertex| vertex as usize);
             let may_be = TORN * predicted[a].distance(predicted[b]) + LEAST_TEAR;
-            if garment[a].distance_squared(garment[b]) > may_be * may_be {
+            let is_torn = garment[a].distance_squared(garment[b]) > may_be * may_be;
+            if is_torn && !edge.vertices.iter().any(|&vertex| held(vertex)) {
                 edge.vertices.iter().for_each(|&vertex| add(vertex, region));
             }
         }
@@ -99,7 +106,7 @@ mod tests {
         garment[torn] += 0.3 * Vec3::Y;
         let mut tears = Tears::default();
         let mut rounds = 0;
-        while tears.mend(&cloth.topology, &cloth.vertices, &mut garment) && rounds < 10 {
+        while tears.mend(&cloth.topology, |_| false, &cloth.vertices, &mut garment) && rounds < 10 {
             assert!(tears.region().contains(&(torn as u32)) && tears.region().len() < 60);
             rounds += 1;
         }
@@ -107,5 +114,10 @@ mod tests {
         let height = |vertex: usize| garment[vertex].y;
         assert!(height(torn) < 0.15 && height(torn) > 0.1);
         assert!((height(0) - 0.1).abs() < 1e-15, "the rest stays");
+        // A vertex that is held somewhere is not a tear.
+        garment[torn] += 0.3 * Vec3::Y;
+        let before = garment.clone();
+        assert!(!tears.mend(&cloth.topology, |vertex| vertex as usize == torn, &cloth.vertices, &mut garment));
+        assert_eq!(before, garment);
     }
 }

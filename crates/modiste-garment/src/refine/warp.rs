@@ -54,10 +54,10 @@ pub(crate) struct Pull {
 #[derive(Debug, Clone)]
 pub(crate) struct Warp {
     topology: std::sync::Arc<Topology>,
-    /// Rows of LᵀL, with L = 1 - (mean over neighbours); the diagonal comes first in each row.
-    starts: Vec<u32>,
-    columns: Vec<u32>,
-    values: Vec<f64>,
+    /// One over the number of neighbours: L = 1 - (mean over neighbours).
+    shares: Vec<f64>,
+    /// The diagonal of LᵀL.
+    diagonal: Vec<f64>,
     scratch: Scratch,
 }
 
@@ -65,6 +65,8 @@ pub(crate) struct Warp {
 #[derive(Debug, Clone, Default)]
 struct Scratch {
     region: Vec<u32>,
+    /// The region and the ring around it, where a warp of the region bends the cloth.
+    rim: Vec<u32>,
     in_region: Vec<bool>,
     inverse: Vec<Mat3>,
     block: Vec<Mat3>,
@@ -72,37 +74,17 @@ struct Scratch {
     direction: Vec<Vec3>,
     preconditioned: Vec<Vec3>,
     image: Vec<Vec3>,
+    /// L of the direction.
+    bent: Vec<Vec3>,
 }
 
 impl Warp {
     pub(crate) fn new(topology: &std::sync::Arc<Topology>) -> Self {
         let n = topology.vertex_count();
-        let weight = |vertex: u32| 1.0 / topology.neighbours(vertex as usize).len().max(1) as f64;
-        let (mut starts, mut columns, mut values) = (vec![0u32], Vec::new(), Vec::new());
-        let mut sum = vec![0.0; n];
-        let mut touched: Vec<u32> = Vec::new();
-        for i in 0..n as u32 {
-            // (LᵀL)_ij = Σ_k L_ki L_kj over k = i and its neighbours.
-            let mut add = |j: u32, value: f64| {
-                if !touched.contains(&j) {
-                    touched.push(j);
-                }
-                sum[j as usize] += value;
-            };
-            let neighbours = topology.neighbours(i as usize);
-            add(i, 1.0);
-            neighbours.iter().for_each(|&j| add(j, -weight(i)));
-            for &k in neighbours {
-                let entry = -weight(k);
-                add(k, entry);
-                topology.neighbours(k as usize).iter().for_each(|&j| add(j, entry * -weight(k)));
-            }
-            for j in touched.drain(..) {
-                columns.push(j);
-                values.push(std::mem::take(&mut sum[j as usize]));
-            }
-            starts.push(columns.len() as u32);
-        }
+        let shares: Vec<f64> = (0..n).map(|vertex| 1.0 / topology.neighbours(vertex).len().max(1) as f64).collect();
+        // Column i of L has 1 on the diagonal and the share of each neighbour, whose rows it is in.
+        let square_of = |&other: &u32| shares[other as usize].powi(2);
+        let diagonal = (0..n).map(|i| 1.0 + topology.neighbours(i).iter().map(square_of).sum::<f64>()).collect();
         let scratch = Scratch {
             in_region: vec![false; n],
             inverse: vec![Mat3::ZERO; n],
@@ -111,9 +93,10 @@ impl Warp {
             direction: vec![Vec3::ZERO; n],
             preconditioned: vec![Vec3::ZERO; n],
             image: vec![Vec3::ZERO; n],
+            bent: vec![Vec3::ZERO; n],
             ..Scratch::default()
         };
-        Self { topology: topology.clone(), starts, columns, values, scratch }
+        Self { topology: topology.clone(), shares, diagonal, scratch }
     }
 
     /// The vertices that the last solve could move.
@@ -142,7 +125,7 @@ impl Warp {
 
     /// The constrained vertices and some rings around them.
     fn grow_region(&mut self, pushes: &[Push], pulls: &[Pull], rings: usize) {
-        let Scratch { region, in_region, .. } = &mut self.scratch;
+        let Scratch { region, rim, in_region, .. } = &mut self.scratch;
         for vertex in region.drain(..) {
             in_region[vertex as usize] = false;
         }
@@ -163,8 +146,19 @@ impl Warp {
             }
             ring = end;
         }
+        rim.clear();
+        rim.extend_from_slice(region);
+        for index in ring..region.len() {
+            for &neighbour in self.topology.neighbours(region[index] as usize) {
+                add(neighbour, rim);
+            }
+        }
+        for &vertex in &rim[region.len()..] {
+            in_region[vertex as usize] = false;
+        }
         // In order of the vertices, memory is read in order.
         region.sort_unstable();
+        rim.sort_unstable();
     }
 
     /// Blocks of the diagonal, their inverses, and the right-hand side as first residual.
@@ -190,13 +184,14 @@ impl Warp {
         }
         for &vertex in region.iter() {
             let i = vertex as usize;
-            let smooth = stiffness.smooth * self.values[self.starts[i] as usize];
+            let smooth = stiffness.smooth * self.diagonal[i];
             inverse[i] = (block[i] + Mat3::from_diagonal(Vec3::splat(smooth))).inverse();
         }
     }
 
     fn iterate(&mut self, smooth: f64, accuracy: f64, warp: &mut [Vec3]) -> usize {
-        let Scratch { region, inverse, block, residual, direction, preconditioned, image, .. } = &mut self.scratch;
+        let Scratch { region, rim, inverse, block, residual, direction, preconditioned, image, bent, .. } =
+            &mut self.scratch;
         let wanted = accuracy * accuracy * region.iter().map(|&i| residual[i as usize].length_squared()).sum::<f64>();
         let mut product = 0.0;
         for &i in region.iter() {
@@ -206,11 +201,16 @@ impl Warp {
         }
         for iteration in 1..=MAX_ITERATIONS {
             let mut curvature = 0.0;
+            for &i in rim.iter() {
+                let i = i as usize;
+                let sum: Vec3 = self.topology.neighbours(i).iter().map(|&j| direction[j as usize]).sum();
+                bent[i] = direction[i] - self.shares[i] * sum;
+            }
             for &i in region.iter() {
                 let i = i as usize;
-                let mut sum = Vec3::ZERO;
-                for entry in self.starts[i] as usize..self.starts[i + 1] as usize {
-                    sum += self.values[entry] * direction[self.columns[entry] as usize];
+                let mut sum = bent[i];
+                for &j in self.topology.neighbours(i) {
+                    sum -= self.shares[j as usize] * bent[j as usize];
                 }
                 image[i] = smooth * sum + block[i] * direction[i];
                 curvature += image[i].dot(direction[i]);

@@ -9,21 +9,22 @@ const GROWTH: f64 = 1.5;
 /// Nothing of a body is further from its own surface than this (m).
 const FURTHEST: f64 = 4.0;
 
+/// How far a landing is drawn from the nearest point of a face to its middle when there is no room where it is.
+const TO_THE_MIDDLE: [f64; 3] = [0.0, 0.5, 1.0];
+
 impl Obstacle {
-    /// A point outside, `clearance` (m) above the nearest exposed point of the surface that has so much room.
+    /// A point outside, `clearance` (m) above the surface near the nearest exposed face that has so much room over its
+    /// middle.
     ///
-    /// In a crease the clearance leads into the other wall; such points are passed over for the next nearest. Should no
-    /// point have room, one goes up until nothing of the body is left, so that it always leads out.
+    /// In a crease the clearance leads into the other wall; such faces are passed over for the next nearest. Should no
+    /// face have room, one goes up until nothing of the body is left, so that it always leads out.
     pub(crate) fn way_out(&self, point: Vec3, clearance: f64, hint: &mut u32) -> Vec3 {
-        let landing = |face: u32, at: Vec3| at + clearance * self.face_normal(face);
-        let has_room = |face: u32, at: Vec3| {
-            let end = landing(face, at);
-            self.has_exposed_corner(face) && (self.sees_outside(end, face) || !self.is_inside(end))
-        };
-        match self.nearest_where(point, hint, has_room) {
-            Some(at) => landing(at.face, at.point),
-            None => self.climb(point, clearance),
-        }
+        let has_room = |face: u32, _| self.has_exposed_corner(face) && self.is_open_above(face, clearance);
+        let Some(at) = self.nearest_where(point, hint, has_room) else { return self.climb(point, clearance) };
+        let middle = self.middle(at.face);
+        let landings = TO_THE_MIDDLE.map(|share| at.point.lerp(middle, share) + clearance * self.face_normal(at.face));
+        let is_free = |landing: &Vec3| self.sees_outside(*landing, at.face) || !self.is_inside(*landing);
+        landings.into_iter().find(is_free).unwrap_or_else(|| self.climb(point, clearance))
     }
 
     /// The first point outside straight above.

@@ -1,5 +1,6 @@
 //! What can be asked for.
 
+mod bench_dress;
 mod body_choice;
 mod body_make;
 mod body_measure;
@@ -17,6 +18,7 @@ mod motion_choice;
 
 use serde::Serialize;
 
+pub use bench_dress::{BenchDress, BenchRow, BenchedDress};
 pub use body_choice::BodyChoice;
 pub use body_make::{BodyMake, MadeBody};
 pub use body_measure::{BodyMeasure, MeasuredBody};
@@ -44,6 +46,8 @@ pub enum Job {
     Check(Check),
     /// Makes many people.
     Crowd(Crowd),
+    /// Times characters.
+    BenchDress(BenchDress),
     /// Makes a body from measurements.
     BodyMake(BodyMake),
     /// Measures a body.
@@ -72,6 +76,8 @@ pub enum Outcome {
     Checked(Checked),
     /// Of [`Job::Crowd`].
     MadeCrowd(MadeCrowd),
+    /// Of [`Job::BenchDress`].
+    BenchedDress(BenchedDress),
     /// Of [`Job::BodyMake`].
     MadeBody(MadeBody),
     /// Of [`Job::BodyMeasure`].
@@ -100,6 +106,7 @@ pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
         Job::Dress(job) => job.run(&reporter).map(Outcome::Dressed),
         Job::Check(job) => job.run(&reporter).map(Outcome::Checked),
         Job::Crowd(job) => job.run(&reporter).map(Outcome::MadeCrowd),
+        Job::BenchDress(job) => job.run(&reporter).map(Outcome::BenchedDress),
         Job::BodyMake(job) => job.run(&reporter).map(Outcome::MadeBody),
         Job::BodyMeasure(job) => job.run().map(Outcome::MeasuredBody),
         Job::BodyPopulation(job) => job.run(&reporter).map(Outcome::MadePopulation),
