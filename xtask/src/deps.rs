@@ -6,18 +6,39 @@ use serde::Deserialize;
 use crate::shell::{cargo, output, run};
 
 /// Each crate of the workspace with those it may depend on. Data flows from the first to the last.
-const DIRECTION: [(&str, &[&str]); 9] = [
+const DIRECTION: [(&str, &[&str]); 10] = [
     ("modiste-core", &[]),
     ("modiste-io", &["modiste-core"]),
     ("modiste-body", &["modiste-core", "modiste-io"]),
     ("modiste-cloth", &["modiste-core", "modiste-io", "modiste-body"]),
     ("modiste-garment", &["modiste-core", "modiste-io", "modiste-body", "modiste-cloth"]),
-    ("modiste-scene", &["modiste-core", "modiste-io", "modiste-body", "modiste-garment"]),
-    ("modiste", &["modiste-core", "modiste-io", "modiste-body", "modiste-cloth", "modiste-garment", "modiste-scene"]),
+    ("modiste-hair", &["modiste-core", "modiste-io", "modiste-body"]),
+    ("modiste-scene", &["modiste-core", "modiste-io", "modiste-body", "modiste-garment", "modiste-hair"]),
+    (
+        "modiste",
+        &[
+            "modiste-core",
+            "modiste-io",
+            "modiste-body",
+            "modiste-cloth",
+            "modiste-garment",
+            "modiste-hair",
+            "modiste-scene",
+        ],
+    ),
     ("modiste-cli", &["modiste", "modiste-core"]),
     (
         "xtask",
-        &["modiste-core", "modiste-io", "modiste-body", "modiste-cloth", "modiste-garment", "modiste-scene", "modiste"],
+        &[
+            "modiste-core",
+            "modiste-io",
+            "modiste-body",
+            "modiste-cloth",
+            "modiste-garment",
+            "modiste-hair",
+            "modiste-scene",
+            "modiste",
+        ],
     ),
 ];
 

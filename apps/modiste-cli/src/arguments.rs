@@ -10,6 +10,8 @@ use modiste::{
     Quantity, Sources,
 };
 
+use crate::hair::{BenchHairArguments, HairArguments, HairCommand};
+
 /// Dressed virtual people, learned from data.
 #[derive(Debug, Parser)]
 #[command(name = "modiste", version, arg_required_else_help = true)]
@@ -38,6 +40,9 @@ enum Command {
     /// Simulate and learn garments.
     #[command(subcommand)]
     Garment(GarmentCommand),
+    /// Learn hair, and let it follow a motion.
+    #[command(subcommand)]
+    Hair(HairCommand),
     /// Measure how long a frame takes on this machine.
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -68,6 +73,9 @@ enum BenchCommand {
     /// Time the outfits of DRAPE's table 1 from the pose in to the vertices out, one character at a time.
     #[command(after_help = "Example:\n  modiste bench dress --json")]
     Dress(BenchDressArguments),
+    /// Time learned hair beside our physics.
+    #[command(after_help = "Example:\n  modiste bench hair --json")]
+    Hair(BenchHairArguments),
 }
 
 #[derive(Debug, Subcommand)]
@@ -103,6 +111,8 @@ struct DressArguments {
     /// Garments, with commas between: names of those that ship, or model files; `none` for the bare body.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "tshirt,shorts")]
     garments: Vec<String>,
+    #[command(flatten)]
+    hair: HairArguments,
     /// Number of frames (30 a second); otherwise all of the file, or 4 seconds.
     #[arg(long, value_name = "NUMBER", conflicts_with = "seconds")]
     frames: Option<usize>,
@@ -120,6 +130,22 @@ struct DressArguments {
     #[arg(long, value_name = "FOLDER", default_value = "out/dress")]
     out: PathBuf,
     /// Print the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Args)]
+struct BenchDressArguments {
+    /// Whose body model and garments.
+    #[arg(long, value_enum, default_value = "female")]
+    gender: GenderName,
+    /// Numbers of threads, with commas between.
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2")]
+    threads: Vec<usize>,
+    /// Frames that count.
+    #[arg(long, value_name = "NUMBER", default_value_t = 120)]
+    frames: usize,
+    /// Print a list of rows as JSON.
     #[arg(long)]
     json: bool,
 }
@@ -154,22 +180,6 @@ struct CrowdArguments {
     #[arg(long, value_name = "FOLDER", default_value = "out/crowd")]
     out: PathBuf,
     /// Print the result as JSON.
-    #[arg(long)]
-    json: bool,
-}
-
-#[derive(Debug, Args)]
-struct BenchDressArguments {
-    /// Whose body model and garments.
-    #[arg(long, value_enum, default_value = "female")]
-    gender: GenderName,
-    /// Numbers of threads, with commas between.
-    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2")]
-    threads: Vec<usize>,
-    /// Frames that count.
-    #[arg(long, value_name = "NUMBER", default_value_t = 120)]
-    frames: usize,
-    /// Print a list of rows as JSON.
     #[arg(long)]
     json: bool,
 }
@@ -387,7 +397,7 @@ struct BodyArguments {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum GenderName {
+pub(crate) enum GenderName {
     Female,
     Male,
 }
@@ -417,6 +427,13 @@ impl Arguments {
     pub(crate) fn job(&self) -> Result<Job> {
         Ok(match &self.command {
             Command::Dress(arguments) => Job::Dress(arguments.job()),
+            Command::Hair(command) => command.job(),
+            Command::Bench(BenchCommand::Hair(arguments)) => Job::BenchHair(arguments.job()),
+            Command::Bench(BenchCommand::Dress(arguments)) => Job::BenchDress(BenchDress {
+                gender: arguments.gender.into(),
+                threads: arguments.threads.clone(),
+                frames: arguments.frames,
+            }),
             Command::Check(arguments) => Job::Check(Check { file: arguments.file.clone() }),
             Command::Crowd(arguments) => Job::Crowd(Crowd {
                 count: arguments.count,
@@ -425,11 +442,6 @@ impl Arguments {
                 seed: arguments.seed,
                 formats: formats(&arguments.format),
                 out: arguments.out.clone(),
-            }),
-            Command::Bench(BenchCommand::Dress(arguments)) => Job::BenchDress(BenchDress {
-                gender: arguments.gender.into(),
-                threads: arguments.threads.clone(),
-                frames: arguments.frames,
             }),
             Command::Body(BodyCommand::Make(arguments)) => Job::BodyMake(arguments.job()?),
             Command::Body(BodyCommand::Measure(arguments)) => {
@@ -455,9 +467,11 @@ impl Arguments {
     pub(crate) fn json(&self) -> bool {
         match &self.command {
             Command::Dress(arguments) => arguments.json,
+            Command::Hair(command) => command.json(),
+            Command::Bench(BenchCommand::Hair(arguments)) => arguments.json,
+            Command::Bench(BenchCommand::Dress(arguments)) => arguments.json,
             Command::Check(arguments) => arguments.json,
             Command::Crowd(arguments) => arguments.json,
-            Command::Bench(BenchCommand::Dress(arguments)) => arguments.json,
             Command::Body(BodyCommand::Make(arguments)) => arguments.json,
             Command::Body(BodyCommand::Measure(arguments)) => arguments.json,
             Command::Body(BodyCommand::Population(arguments)) => arguments.json,
@@ -482,6 +496,7 @@ impl DressArguments {
             body: self.body.choice(),
             motion,
             garments: self.garments.iter().filter(|name| *name != "none").cloned().collect(),
+            hair: self.hair.choice(),
             length,
             formats: formats(&self.format),
             fit_map: self.fit_map,

@@ -1,6 +1,7 @@
 //! The `modiste` command: words in, a [`Job`], and its events on the terminal.
 
 mod arguments;
+mod hair;
 mod progress;
 mod results;
 
@@ -32,8 +33,8 @@ fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let display = Display::new();
     let outcome = modiste::run(&job, &|event| display.show(event))?;
     drop(display);
-    let is_good = !matches!(&outcome, Outcome::Checked(checked) if !checked.report.holds);
     let text = if arguments.json() { results::json(&outcome)? } else { results::text(&outcome) };
+    let is_good = !matches!(&outcome, Outcome::Checked(checked) if !checked.report.holds);
     match writeln!(std::io::stdout(), "{text}") {
         // A reader such as `head` may have seen enough.
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(is_good),

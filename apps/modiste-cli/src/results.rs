@@ -4,13 +4,15 @@ use std::fmt::Write;
 
 use modiste::check::Finding;
 use modiste::{
-    BenchedDress, Checked, Dressed, EvaluatedGarment, MadeCrowd, MadePopulation, Outcome, Region, SimulatedGarment,
+    BenchedDress, BenchedHair, Checked, Dressed, EvaluatedGarment, LearnedHair, MadeCrowd, MadePopulation, Outcome,
+    Region, SimulatedGarment,
 };
 
 /// What a script reads at the end: the outcome under its name; of a benchmark the rows alone.
 pub(crate) fn json(outcome: &Outcome) -> serde_json::Result<String> {
     match outcome {
         Outcome::BenchedDress(benched) => serde_json::to_string_pretty(&benched.rows),
+        Outcome::BenchedHair(benched) => serde_json::to_string_pretty(&benched.rows),
         outcome => serde_json::to_string_pretty(outcome),
     }
 }
@@ -47,13 +49,66 @@ fn bench_text(benched: &BenchedDress) -> String {
     text
 }
 
+fn bench_hair_text(benched: &BenchedHair) -> String {
+    let mut text = format!(
+        "{}, ms a frame (median)\n{:>7}{:>9}{:>11}{:>11}{:>9}{:>8}{:>8}{:>9}{:>10}",
+        benched.machine.processor,
+        "guides",
+        "threads",
+        "synthesis",
+        "collision",
+        "points",
+        "total",
+        "95 %",
+        "physics",
+        "inside"
+    );
+    for row in &benched.rows {
+        let _always_ok = write!(
+            text,
+            "\n{:>7}{:>9}{:>11.2}{:>11.2}{:>9.2}{:>8.2}{:>8.2}{:>9.1}{:>9.3}%",
+            row.guides,
+            row.threads,
+            row.synthesis_ms,
+            row.collision_ms,
+            row.reconstruction_ms,
+            row.total_ms_p50,
+            row.total_ms_p95,
+            row.physics_ms,
+            100.0 * row.inside
+        );
+    }
+    text
+}
+
+fn learned_hair_text(learned: &LearnedHair) -> String {
+    let mut text = format!(
+        "{}: {} guides from {} sequences of {} frames, {} coefficients ({:.1} % of the variance), largest eigenvalue {:.4}",
+        learned.name,
+        learned.guides,
+        learned.sequences,
+        learned.frames,
+        learned.dimensions,
+        100.0 * learned.energy,
+        learned.lambda_max
+    );
+    for error in &learned.errors {
+        let _always_ok =
+            write!(text, "\n{:<12} error {:.2} cm, held out {:.2} cm", error.cell, error.training_cm, error.test_cm);
+    }
+    let _always_ok = write!(text, "\nwrote {} ({:.1} MB)", learned.file.display(), learned.bytes as f64 / 1e6);
+    text
+}
+
 /// What a person reads at the end.
 pub(crate) fn text(outcome: &Outcome) -> String {
     match outcome {
         Outcome::Dressed(dressed) => dressed_text(dressed),
+        Outcome::BenchedDress(benched) => bench_text(benched),
         Outcome::Checked(checked) => checked_text(checked),
         Outcome::MadeCrowd(made) => crowd_text(made),
-        Outcome::BenchedDress(benched) => bench_text(benched),
+        Outcome::BenchedHair(benched) => bench_hair_text(benched),
+        Outcome::LearnedHair(learned) => learned_hair_text(learned),
         Outcome::MadeBody(made) => {
             let shape: Vec<String> = made.shape.iter().map(|value| format!("{value:.3}")).collect();
             format!("{}\n\nshape {}\nwrote {}", made.measurements, shape.join(","), made.file.display())

@@ -1,8 +1,9 @@
 //! The dressed result as plain arrays that anything can check: body and garments in every frame.
 
+use std::io::{Seek, Write};
 use std::path::Path;
 
-use crate::animated::{AnimatedMesh, check};
+use crate::animated::{AnimatedMesh, FrameSource, check};
 use crate::npz::{self, ArchiveWriter};
 use crate::pc2::keep;
 use crate::{IoError, write_atomically};
@@ -12,6 +13,17 @@ pub const BODY: &str = "body";
 /// How the names of arrays of faces end.
 const FACES: &str = "_faces";
 
+/// Curves in motion, such as hair.
+#[derive(Debug, Clone, Copy)]
+pub struct MovingCurves<'a> {
+    /// Name of the array.
+    pub name: &'a str,
+    /// Points of each curve.
+    pub points_per_curve: usize,
+    /// Points in world (m) of all curves, one after the other, in each frame.
+    pub frames: &'a dyn FrameSource,
+}
+
 /// Writes an npz with, for each mesh, `<name>` (F, V, 3) f32 and `<name>_faces` (T, 3) u32, and `fps`.
 ///
 /// By convention the first mesh is called "body". Frames go to the file one by one.
@@ -19,30 +31,72 @@ const FACES: &str = "_faces";
 /// # Errors
 /// [`IoError`] naming the mesh: no frames, frames of different sizes, or faces that name absent vertices.
 pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[AnimatedMesh<'_>]) -> Result<(), IoError> {
+    write_with_curves(path, fps, meshes, &[])
+}
+
+/// [`write`] with, for each set of curves, a further array `<name>` (F, N, P, 3) f32.
+///
+/// # Errors
+/// As [`write`]; also frames that are no whole number of curves.
+pub fn write_with_curves(
+    path: impl AsRef<Path>,
+    fps: f64,
+    meshes: &[AnimatedMesh<'_>],
+    curves: &[MovingCurves<'_>],
+) -> Result<(), IoError> {
     let path = path.as_ref();
     let file = path.display().to_string();
     let frame_count = check(fps, meshes, &file)?;
+    let wrong_count = |name: &str, found: usize| {
+        Err(IoError::field(&file, format!("mesh \"{name}\""), format!("{frame_count} frames"), found))
+    };
     if let Some(mesh) = meshes.iter().find(|mesh| mesh.frames.frame_count() != frame_count) {
-        let found = mesh.frames.frame_count();
-        return Err(IoError::field(&file, format!("mesh \"{}\"", mesh.name), format!("{frame_count} frames"), found));
+        return wrong_count(mesh.name, mesh.frames.frame_count());
+    }
+    for curves in curves {
+        if curves.frames.frame_count() != frame_count {
+            return wrong_count(curves.name, curves.frames.frame_count());
+        }
+        let points = curves.frames.vertex_count(0);
+        if curves.points_per_curve == 0 || !points.is_multiple_of(curves.points_per_curve) {
+            let wanted = format!("a multiple of {} points", curves.points_per_curve);
+            return Err(IoError::field(&file, format!("curves \"{}\"", curves.name), wanted, points));
+        }
     }
     let mut unread = None;
     let written = write_atomically(path, |file| {
         let mut archive = ArchiveWriter::new(file);
         for mesh in meshes {
-            let mut array = archive.start::<f32>(mesh.name, &[frame_count, mesh.vertex_count(), 3])?;
-            let mut vertices = Vec::new();
-            for frame in 0..frame_count {
-                keep(&mut unread, mesh.frames.read(frame, &mut vertices))?;
-                array.push(vertices.as_flattened())?;
-            }
-            array.finish()?;
+            let shape = [frame_count, mesh.vertex_count(), 3];
+            add_frames(&mut archive, &mut unread, mesh.name, &shape, mesh.frames)?;
             archive.add(&format!("{}{FACES}", mesh.name), &[mesh.faces.len(), 3], [mesh.faces.as_flattened()])?;
+        }
+        for curves in curves {
+            let each = curves.points_per_curve;
+            let shape = [frame_count, curves.frames.vertex_count(0) / each, each, 3];
+            add_frames(&mut archive, &mut unread, curves.name, &shape, curves.frames)?;
         }
         archive.add("fps", &[], [&[fps][..]])?;
         archive.finish()
     });
     unread.map_or(written, Err)
+}
+
+/// Adds the array of all frames; `unread` keeps the error of a frame that cannot be read.
+fn add_frames<W: Write + Seek>(
+    archive: &mut ArchiveWriter<W>,
+    unread: &mut Option<IoError>,
+    name: &str,
+    shape: &[usize],
+    frames: &dyn FrameSource,
+) -> std::io::Result<()> {
+    let mut array = archive.start::<f32>(name, shape)?;
+    let mut points = Vec::new();
+    for frame in 0..frames.frame_count() {
+        keep(unread, frames.read(frame, &mut points))?;
+        array.push(points.as_flattened())?;
+    }
+    array.finish()
 }
 
 /// What a dressed result holds, without its frames.
@@ -113,7 +167,7 @@ pub fn for_each_frame<E: From<IoError>>(
 
 #[cfg(test)]
 mod tests {
-    use super::write;
+    use super::{MovingCurves, write, write_with_curves};
     use crate::animated::AnimatedMesh;
     use crate::npz::Reader;
 
@@ -185,6 +239,13 @@ mod tests {
         })
         .unwrap();
         assert_eq!(seen[3], (3, [3.0, 0.0, 0.5], 5));
+
+        let curves = |each| MovingCurves { name: "hair", points_per_curve: each, frames: &shirt };
+        let with_hair = folder.path().join("hair.npz");
+        write_with_curves(&with_hair, 30.0, &[mesh("body", &body)], &[curves(5)]).unwrap();
+        assert_eq!(Reader::open(&with_hair).unwrap().f32("hair").unwrap().shape, [4, 1, 5, 3]);
+        let uneven = write_with_curves(&with_hair, 30.0, &[mesh("body", &body)], &[curves(3)]).unwrap_err();
+        assert!(uneven.to_string().contains("a multiple of 3 points, found 5"), "{uneven}");
 
         let (one, two) = (vec![shirt[0].clone()], vec![shirt[0].clone(); 2]);
         let message = |meshes: &[AnimatedMesh<'_>], fps| write(&path, fps, meshes).unwrap_err().to_string();

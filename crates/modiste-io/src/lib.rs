@@ -7,6 +7,7 @@
 pub mod animated;
 pub mod ansur;
 pub mod bvh;
+pub mod curves;
 pub mod dressed;
 mod error;
 pub mod fabric;

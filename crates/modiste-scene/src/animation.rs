@@ -32,6 +32,8 @@ pub struct Animation {
     pub fps: f64,
     /// The body first, then the garments from the innermost outwards.
     pub tracks: Vec<Track>,
+    /// The hair, if there is any.
+    pub hair: Option<crate::HairTrack>,
     /// Heading of the person in every frame (rad), about Y from +Z.
     pub headings: Vec<f64>,
     /// What every frame took.

@@ -2,6 +2,7 @@
 
 use modiste_body::BodyError;
 use modiste_garment::GarmentError;
+use modiste_hair::HairError;
 use modiste_io::IoError;
 
 /// Why a person cannot be animated or exported.
@@ -24,6 +25,9 @@ pub enum SceneError {
         /// Why not.
         reason: String,
     },
+    /// Hair cannot be worn.
+    #[error(transparent)]
+    Hair(#[from] HairError),
     /// The motion has no frames.
     #[error("the motion has no frames")]
     NoFrames,

@@ -9,7 +9,7 @@ use modiste_io::{StagedFolder, glb, png};
 use serde::{Deserialize, Serialize};
 
 use crate::timing::{Stage, Summary};
-use crate::{Animation, FitMap, Format, GarmentFit, Layer, Machine, RegionFit, SceneError};
+use crate::{Animation, FitMap, Format, GarmentFit, HairReport, Layer, Machine, RegionFit, SceneError};
 
 /// Frames at the start that the times leave out: memory is touched for the first time there.
 const WARM_UP: usize = 3;
@@ -71,6 +71,9 @@ pub struct Report {
     /// Where the garments are tight and where they are loose; empty if that was not asked for.
     #[serde(default)]
     pub fit_map: Vec<RegionFit>,
+    /// The hair, if there is any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hair: Option<HairReport>,
     /// What the user should know.
     pub warnings: Vec<String>,
 }
@@ -184,6 +187,7 @@ pub fn report(
         milliseconds_per_frame: times(),
         machine: Machine::this(),
         penetration: animation.fits.clone(),
+        hair: animation.hair.as_ref().map(|hair| hair.report.clone()),
         scene_error_mm,
         fit_map: Vec::new(),
         warnings,
@@ -265,6 +269,7 @@ mod tests {
             headings: vec![0.0; frames],
             timing,
             fits: Vec::new(),
+            hair: None,
         }
     }
 

@@ -92,6 +92,9 @@ impl Animation {
         let mut accuracy = None;
         match format {
             Format::Glb => {
+                let strips = self.hair.as_ref().map(|hair| hair.strips(self)).transpose()?;
+                let hair = self.hair.as_ref().zip(strips.as_ref()).map(|(hair, strips)| hair.mesh(strips));
+                let meshes: Vec<AnimatedMesh<'_>> = meshes.into_iter().chain(hair).collect();
                 let summary = glb::write_animation(&path, self.fps, &meshes)?;
                 let worst =
                     |error: fn(&glb::MeshSummary) -> f64| 1e3 * summary.meshes.iter().map(error).fold(0.0, f64::max);
@@ -99,7 +102,14 @@ impl Animation {
                     Some(SceneAccuracy { rms: worst(|mesh| mesh.rms_error), largest: worst(|mesh| mesh.max_error) });
             }
             Format::Usd => usd::write(&path, self.fps, &meshes)?,
-            Format::Npz => dressed::write(&path, self.fps, &meshes)?,
+            Format::Npz => {
+                let hair = self.hair.as_ref().map(|hair| dressed::MovingCurves {
+                    name: "hair",
+                    points_per_curve: modiste_hair::POINTS,
+                    frames: &hair.frames,
+                });
+                dressed::write_with_curves(&path, self.fps, &meshes, hair.as_slice())?;
+            }
             Format::Pc2 => {
                 create_folder(&path)?;
                 obj::write_materials(path.join(MATERIALS), &meshes)?;

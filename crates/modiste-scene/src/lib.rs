@@ -8,6 +8,7 @@ mod export;
 mod fit_map;
 mod fit_picture;
 mod format;
+mod hair;
 mod machine;
 mod person;
 mod picture;
@@ -21,6 +22,7 @@ pub use export::{Contents, Report, SceneAccuracy, Subject, Times, file_names, re
 pub use fit_map::{FitMap, GarmentMap, Region, RegionFit, Verdict};
 pub use fit_picture::Layer;
 pub use format::Format;
-pub use machine::{Machine, peak_memory, reset_peak_memory, resident_memory};
+pub use hair::{HairReport, HairTrack, WornStyle};
+pub use machine::{Machine, Memory, reset_peak_memory};
 pub use person::Person;
 pub use timing::{Stage, Summary, Timing};

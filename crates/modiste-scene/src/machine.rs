@@ -25,28 +25,33 @@ impl Machine {
     }
 }
 
-/// The largest memory that the program has had since [`reset_peak_memory`] (bytes); `None` where the system does not tell.
-pub fn peak_memory() -> Option<u64> {
-    memory("VmHWM:")
+/// Memory of this process (MB).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// What it has now.
+    pub resident_mb: f64,
+    /// The most that it had.
+    pub peak_mb: f64,
 }
 
-/// The memory that the program has now (bytes); `None` where the system does not tell.
-pub fn resident_memory() -> Option<u64> {
-    memory("VmRSS:")
+impl Memory {
+    /// What the system says; `None` where it does not.
+    pub fn now() -> Option<Self> {
+        parse_memory(&modiste_io::read_text("/proc/self/status").ok()?)
+    }
 }
 
-fn memory(name: &str) -> Option<u64> {
-    parse_memory(&modiste_io::read_text("/proc/self/status").ok()?, name)
+/// From Linux's description of a process.
+fn parse_memory(status: &str) -> Option<Memory> {
+    let megabytes = |name: &str| {
+        let line = status.lines().find_map(|line| line.strip_prefix(name))?;
+        let kibibytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
+        Some(kibibytes * 1024.0 / 1e6)
+    };
+    Some(Memory { resident_mb: megabytes("VmRSS:")?, peak_mb: megabytes("VmHWM:")? })
 }
 
-/// From Linux's description of a process (bytes).
-fn parse_memory(status: &str, name: &str) -> Option<u64> {
-    let line = status.lines().find(|line| line.starts_with(name))?;
-    let kilobytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(1024 * kilobytes)
-}
-
-/// Lets [`peak_memory`] begin anew, where the system can.
+/// Lets the peak of [`Memory`] begin anew, where the system can.
 pub fn reset_peak_memory() {
     let _only_a_measurement = modiste_io::write_in_place("/proc/self/clear_refs", b"5");
 }
@@ -63,10 +68,9 @@ mod tests {
 
     #[test]
     fn memory_is_read() {
-        let status = "Name:\tx\nVmHWM:\t  2000 kB\nVmRSS:\t  1000 kB\n";
-        assert_eq!(parse_memory(status, "VmHWM:"), Some(2_048_000));
-        assert_eq!(parse_memory(status, "VmRSS:"), Some(1_024_000));
-        assert_eq!(parse_memory("VmRSS: many kB", "VmRSS:"), None);
+        let memory = parse_memory("Name:\tx\nVmHWM:\t  2000 kB\nVmRSS:\t  1000 kB\n").unwrap();
+        assert!((memory.peak_mb - 2.048).abs() < 1e-12 && (memory.resident_mb - 1.024).abs() < 1e-12);
+        assert_eq!(parse_memory("VmRSS: many kB"), None);
     }
 
     #[test]

@@ -2,17 +2,16 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
 
 use modiste_body::{Body, Motion, Part, Pose};
 use modiste_core::{Progress, Topology, TriangleBvh, Vec3};
+use modiste_garment::DrapeModel;
 use modiste_garment::refine::penetration::measure_with;
 use modiste_garment::refine::{FitOptions, Penetration as FramePenetration};
-use modiste_garment::{DrapeModel, FrameReport, Outfit};
 
 use crate::animation::{GarmentFit, Penetration, Store, Track};
-use crate::timing::timed;
-use crate::{Animation, SceneError, Stage, Timing};
+use crate::hair::HairRecorder;
+use crate::{Animation, Dresser, SceneError, Timing, WornStyle};
 
 /// Colour of the body in pictures (sRGB).
 const SKIN: [f32; 3] = [0.80, 0.63, 0.54];
@@ -26,6 +25,7 @@ const BODY: &str = "body";
 pub struct Person {
     body: Body,
     garments: Vec<Arc<DrapeModel>>,
+    hair: Option<WornStyle>,
 }
 
 impl Person {
@@ -49,7 +49,13 @@ impl Person {
             }
         }
         garments.sort_by_key(|model| model.garment().waist_band.is_empty());
-        Ok(Self { body, garments })
+        Ok(Self { body, garments, hair: None })
+    }
+
+    /// The same person with hair.
+    #[must_use]
+    pub fn with_hair(self, hair: WornStyle) -> Self {
+        Self { hair: Some(hair), ..self }
     }
 
     /// The body.
@@ -108,33 +114,41 @@ impl Person {
         if (motion.fps - self.fps()).abs() > 1e-6 {
             return Err(SceneError::OtherRate { wanted: self.fps(), found: motion.fps });
         }
-        let mut outfit = Outfit::new(&self.body, &self.garments, options)?;
-        let mut vertices = self.body.rest_vertices().to_vec();
+        let mut dresser = Dresser::new(self, options)?;
         // For the measurement of penetration, which is apart from the fit.
         let topology = self.body.model().topology();
-        let mut tree = TriangleBvh::new(topology, &vertices);
-        let sizes =
-            std::iter::once(vertices.len()).chain(self.garments.iter().map(|model| model.garment().template.len()));
+        let mut tree = TriangleBvh::new(topology, dresser.body_vertices());
+        let sizes = std::iter::once(topology.vertex_count())
+            .chain(self.garments.iter().map(|model| model.garment().template.len()));
         let mut stores = sizes.map(|size| Store::new(folder, size)).collect::<Result<Vec<_>, _>>()?;
         let mut timing = Timing::default();
         let mut before = vec![Vec::new(); self.garments.len()];
         let mut after = before.clone();
+        let hair =
+            self.hair.as_ref().map(|hair| HairRecorder::new(hair, &self.body, &self.garments, motion.frames.len()));
+        let mut hair = hair.transpose()?;
         progress.start(STAGE, motion.frames.len());
         for (frame, pose) in motion.frames.iter().enumerate() {
-            let ((), posing) = timed(|| self.body.pose(pose, &mut vertices));
-            timing.push(times(posing, outfit.step(pose, &vertices)));
-            tree.refit(&vertices);
-            stores[0].push(&vertices)?;
+            dresser.step(pose);
+            timing.push(dresser.times());
+            let body = dresser.body_vertices();
+            if let Some(hair) = &mut hair {
+                let layers: Vec<&[Vec3]> = (0..dresser.garment_count()).map(|layer| dresser.vertices(layer)).collect();
+                hair.step(frame, pose, body, &layers)?;
+            }
+            tree.refit(body);
+            stores[0].push(body)?;
             for (layer, store) in stores[1..].iter_mut().enumerate() {
-                before[layer].push(measure_with(topology, &tree, &vertices, outfit.predicted(layer)));
-                after[layer].push(measure_with(topology, &tree, &vertices, outfit.vertices(layer)));
-                store.push(outfit.vertices(layer))?;
+                before[layer].push(measure_with(topology, &tree, body, dresser.predicted(layer)));
+                after[layer].push(measure_with(topology, &tree, body, dresser.vertices(layer)));
+                store.push(dresser.vertices(layer))?;
             }
             progress.advance(STAGE, frame + 1);
         }
         progress.finish(STAGE);
         let fits = self.fits(&before, &after);
-        Ok(Animation { fps: motion.fps, tracks: self.tracks(stores)?, headings: headings(motion), timing, fits })
+        let (tracks, hair) = (self.tracks(stores)?, hair.and_then(HairRecorder::finish));
+        Ok(Animation { fps: motion.fps, tracks, hair, headings: headings(motion), timing, fits })
     }
 
     fn tracks(&self, stores: Vec<Store>) -> Result<Vec<Track>, SceneError> {
@@ -162,12 +176,6 @@ impl Person {
             })
             .collect()
     }
-}
-
-/// What a frame took, by stage.
-fn times(posing: Duration, report: &FrameReport) -> [Duration; Stage::COUNT] {
-    let fit = report.seconds() - report.prepare_seconds;
-    [posing, Duration::from_secs_f64(report.prepare_seconds), Duration::from_secs_f64(fit)]
 }
 
 /// Heading of the pelvis in every frame (rad), about Y from +Z.

@@ -1,7 +1,7 @@
 //! Pictures of an animation: contact sheets.
 
 use modiste_core::Vec3;
-use modiste_core::render::{Camera, Figure, Image, Paint, bounds_of, contact_sheet, picture_on};
+use modiste_core::render::{Camera, Canvas, Figure, Image, Paint, bounds_of, contact_sheet};
 use modiste_io::IoError;
 
 use crate::Animation;
@@ -76,7 +76,15 @@ impl Animation {
         let place = place(&vertices[0]);
         let aspect = TILE[0] as f64 / TILE[1] as f64;
         let camera = Camera::framing(reach.map(|corner| corner + place), azimuth, ELEVATION, aspect);
-        Ok(picture_on(TILE[0], TILE[1], &camera, &figures, 0.0))
+        let mut canvas = Canvas::new(TILE[0], TILE[1]);
+        for figure in &figures {
+            canvas.draw(&camera, figure.topology, figure.vertices, &figure.paint);
+        }
+        if let Some(hair) = &self.hair {
+            hair.draw(&mut canvas, &camera, frame, &self.tracks[0].topology, &vertices[0]);
+        }
+        canvas.draw_ground(&camera, 0.0, &figures);
+        Ok(canvas.finish())
     }
 
     /// A box around the person, relative to [`place`], that holds them in all of these frames whichever way the camera turns.

@@ -80,7 +80,7 @@ pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
     (result, start.elapsed())
 }
 
-fn summarise(times: impl Iterator<Item = Duration>) -> Option<Summary> {
+pub(crate) fn summarise(times: impl Iterator<Item = Duration>) -> Option<Summary> {
     let mut milliseconds: Vec<f64> = times.map(|time| 1e3 * time.as_secs_f64()).collect();
     milliseconds.sort_by(f64::total_cmp);
     Some(Summary { median: quantile(&milliseconds, 0.5)?, p95: quantile(&milliseconds, 0.95)? })

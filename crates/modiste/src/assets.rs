@@ -77,20 +77,38 @@ impl Assets {
         Err(JobError::UnknownGarment { name: name.to_owned(), gender, known })
     }
 
+    /// The model of learned hair; a name with a `/` or the ending `.safetensors` is a file of its own.
+    ///
+    /// # Errors
+    /// [`JobError::UnknownHair`] lists those that there are, and says how to learn one.
+    pub fn hair(&self, name: &str) -> Result<PathBuf, JobError> {
+        if name.contains(std::path::MAIN_SEPARATOR) || name.ends_with(ENDING) {
+            return Ok(PathBuf::from(name));
+        }
+        let known = self.names("hair-")?;
+        if known.iter().any(|hair| hair == name) {
+            return Ok(self.folder.join(format!("hair-{name}{ENDING}")));
+        }
+        Err(JobError::UnknownHair { name: name.to_owned(), known })
+    }
+
+    fn names(&self, prefix: &str) -> Result<Vec<String>, JobError> {
+        let mut names = Vec::new();
+        for path in modiste_io::list_folder(&self.folder)? {
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            if let Some(model) = name.strip_prefix(prefix).and_then(|rest| rest.strip_suffix(ENDING)) {
+                names.push(model.to_owned());
+            }
+        }
+        Ok(names)
+    }
+
     /// Names of the garments that there are for a gender, sorted.
     ///
     /// # Errors
     /// The folder cannot be read.
     pub fn garments(&self, gender: Gender) -> Result<Vec<String>, JobError> {
-        let prefix = format!("{}-", gender.name());
-        let mut names = Vec::new();
-        for path in modiste_io::list_folder(&self.folder)? {
-            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-            if let Some(garment) = name.strip_prefix(&prefix).and_then(|rest| rest.strip_suffix(".safetensors")) {
-                names.push(garment.to_owned());
-            }
-        }
-        Ok(names)
+        self.names(&format!("{}-", gender.name()))
     }
 }
 

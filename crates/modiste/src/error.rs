@@ -11,6 +11,7 @@ use modiste_cloth::dress::{DesignError, ReadyMadeError};
 use modiste_cloth::pattern::PatternError;
 use modiste_cloth::training_set::TrainingError;
 use modiste_garment::GarmentError;
+use modiste_hair::HairError;
 use modiste_io::IoError;
 use modiste_scene::SceneError;
 
@@ -85,6 +86,17 @@ pub enum JobError {
         /// What there is.
         known: Vec<String>,
     },
+    /// Hair that no model was learned for.
+    #[error("there is no hair `{name}`; known: {}. Learn it by `modiste hair learn --style STYLE --out hair.safetensors` and name the file", list(.known))]
+    UnknownHair {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// Hair cannot be learned or worn.
+    #[error(transparent)]
+    Hair(#[from] HairError),
     /// A number that no adult body or no sensible request has.
     #[error("{what}: wanted {low} to {high} {unit}, found {found}")]
     Range {

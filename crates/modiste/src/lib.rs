@@ -15,14 +15,17 @@ pub use assets::{ASSETS_VARIABLE, Assets};
 pub use error::JobError;
 pub use event::{Event, Listener};
 pub use jobs::{
-    Action, BenchDress, BenchRow, BenchedDress, BodyChoice, BodyMake, BodyMeasure, BodyPopulation, BodyTrain,
-    Character, Check, Checked, Crowd, CrowdReport, DesignChoice, Dress, Dressed, EvaluatedGarment, GarmentEvaluate,
-    GarmentLearn, GarmentSimulate, GarmentTrain, Job, LearnedGarment, Length, MadeBody, MadeCrowd, MadePopulation,
-    MeasuredBody, MotionChoice, Outcome, SimulatedGarment, TrainedBody, TrainedGarment, run,
+    Action, BenchDress, BenchHair, BenchHairRow, BenchRow, BenchedDress, BenchedHair, BodyChoice, BodyMake,
+    BodyMeasure, BodyPopulation, BodyTrain, Character, Check, Checked, Crowd, CrowdReport, DesignChoice, Dress,
+    Dressed, EvaluatedGarment, GarmentEvaluate, GarmentLearn, GarmentSimulate, GarmentTrain, HairChoice, HairLearn,
+    Job, LearnedGarment, LearnedHair, Length, MadeBody, MadeCrowd, MadePopulation, MeasuredBody, MotionChoice, Outcome,
+    SimulatedGarment, TrainedBody, TrainedGarment, run,
 };
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};
 pub use modiste_garment::check;
+pub use modiste_hair::Style as HairStyle;
+pub use modiste_hair::training::WindDirection;
 pub use modiste_scene::{Format, Region, Report};
 pub use sources::Sources;
 pub use stream::{Events, Update, start};

@@ -3,6 +3,7 @@
 mod fit;
 mod garment_shape;
 mod garments;
+mod hair;
 mod make;
 mod page;
 mod physics;
@@ -41,6 +42,8 @@ enum Which {
     Main,
     /// Every learned garment against physics on bodies and motions that it was not learned from.
     Garments,
+    /// Learned hair beside the figures of Guan's chapter 6.
+    Hair,
 }
 
 impl Which {
@@ -49,6 +52,7 @@ impl Which {
         match self {
             Self::Main => "main",
             Self::Garments => "garments",
+            Self::Hair => "hair",
         }
     }
 
@@ -56,6 +60,7 @@ impl Which {
         match self {
             Self::Main => "What the main job shows",
             Self::Garments => "What the learned garments are worth",
+            Self::Hair => "What learned hair is worth",
         }
     }
 
@@ -63,6 +68,7 @@ impl Which {
         match self {
             Self::Main => &MAIN,
             Self::Garments => &GARMENTS,
+            Self::Hair => &HAIR,
         }
     }
 }
@@ -74,6 +80,12 @@ struct Section {
 }
 
 const GARMENTS: [Section; 1] = [Section { name: "garments", measure: garments::measure }];
+
+const HAIR: [Section; 3] = [
+    Section { name: "errors", measure: hair::errors },
+    Section { name: "collision", measure: hair::collision },
+    Section { name: "times", measure: hair::times },
+];
 
 const MAIN: [Section; 8] = [
     Section { name: "population", measure: population::measure },

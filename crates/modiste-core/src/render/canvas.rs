@@ -11,7 +11,7 @@ use crate::{Topology, Vec3};
 /// Samples per pixel along each axis.
 pub(super) const SUPERSAMPLES: usize = 2;
 /// Rows of samples that one task fills.
-const BAND_ROWS: usize = 64;
+pub(super) const BAND_ROWS: usize = 64;
 /// Background at the top and at the bottom of the picture (sRGB, 0–255).
 const BACKGROUND: [[f32; 3]; 2] = [[222.0, 225.0, 230.0], [240.0, 240.0, 239.0]];
 

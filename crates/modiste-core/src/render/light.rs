@@ -52,6 +52,31 @@ impl Lights {
     }
 }
 
+impl Lights {
+    /// Colour (sRGB, 0–255) of a strand with this linear `albedo` and unit `tangent`: Kajiya and Kay 1989, a diffuse part by
+    /// the sine of the angle to the light and a highlight around the mirrored cone.
+    pub(super) fn shade_strand(&self, albedo: [f64; 3], tangent: Vec3, towards_viewer: Vec3) -> [f32; 3] {
+        let sine = |cosine: f64| (1.0 - cosine * cosine).max(0.0).sqrt();
+        let (to_view, view_sine) = (tangent.dot(towards_viewer), sine(tangent.dot(towards_viewer)));
+        let lobe = |light: Vec3, power: i32| {
+            let to_light = tangent.dot(light);
+            (view_sine * sine(to_light) - to_view * to_light).max(0.0).powi(power)
+        };
+        let key = sine(tangent.dot(self.key));
+        let fill = sine(tangent.dot(self.fill));
+        let highlight = 0.10 * lobe(self.key, 40) + 0.05 * lobe(self.rim, 16);
+        let glow = 0.45 * lobe(self.key, 10);
+        let mut out = [0.0f32; 3];
+        for channel in 0..3 {
+            let light =
+                0.5 * SKY_COLOUR[channel] + 0.62 * key * KEY_COLOUR[channel] + 0.5 * fill * FILL_COLOUR[channel] + glow;
+            let linear = albedo[channel] * light + highlight * KEY_COLOUR[channel];
+            out[channel] = (255.0 * srgb_from_linear(soften(linear))) as f32;
+        }
+        out
+    }
+}
+
 /// Keeps the shadows linear and rolls highlights off below 1.
 fn soften(linear: f64) -> f64 {
     const SHOULDER: f64 = 0.7;

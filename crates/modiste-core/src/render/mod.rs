@@ -21,12 +21,14 @@ mod image;
 mod label;
 mod light;
 mod raster;
+mod strands;
 
 pub use camera::Camera;
 pub use canvas::Canvas;
 pub use image::{Image, contact_sheet};
 pub use label::label_width;
 pub use light::linear_from_srgb;
+pub use strands::Strands;
 
 use crate::{Topology, Vec3};
 

@@ -469,6 +469,54 @@ pub(crate) mod tests {
         assert!(pinched > 100);
     }
 
+    /// Two balls of 10 cm as one body, with a gap between them or, below 0, in each other.
+    fn balls(gap: f64) -> Obstacle {
+        let ball = icosphere(4);
+        let count = ball.vertices.len() as u32;
+        let faces = ball.topology.faces().iter();
+        let both = faces.clone().copied().chain(faces.map(|face| face.map(|vertex| vertex + count))).collect();
+        let parts: Vec<Part> = (0..2 * ball.topology.face_count())
+            .map(|face| if face < ball.topology.face_count() { Part::Chest } else { Part::LeftUpperArm })
+            .collect();
+        let half = Vec3::new(0.1 + 0.5 * gap, 0.0, 0.0);
+        let vertices = ball.vertices.iter();
+        let vertices: Vec<Vec3> =
+            vertices.clone().map(|v| 0.1 * *v - half).chain(vertices.map(|v| 0.1 * *v + half)).collect();
+        let topology = Arc::new(Topology::new(vertices.len(), both).unwrap());
+        Obstacle::body(topology, &parts, &parts, &vertices)
+    }
+
+    #[test]
+    fn what_is_told_quickly_is_what_the_tree_says() {
+        let mut rng = seeded_rng(9);
+        for gap in [-0.03, -0.005, 0.002, 0.01, 0.05] {
+            let body = balls(gap);
+            let (mut certain, mut pinched) = (0, 0);
+            for _ in 0..3000 {
+                let mut draw = |scale: f64| scale * Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
+                let side = if draw(1.0).x < 0.0 { -1.0 } else { 1.0 };
+                let centre = Vec3::new(side * (0.1 + 0.5 * gap), 0.0, 0.0);
+                let point = centre + (0.1 + draw(0.008).x) * draw(1.0).normalize_or(Vec3::Y);
+                // The face that was nearest before the point moved by a centimetre or two.
+                let mut hint = body.nearest_where(point + draw(0.01), &mut NO_HINT.clone(), |_, _| true).unwrap().face;
+                let quick = body.touch(point, f64::INFINITY, &mut hint).unwrap();
+                let slow = body.contact(point, f64::INFINITY, &mut NO_HINT.clone()).unwrap();
+                if quick.pinched {
+                    pinched += 1;
+                    assert!(body.is_inside(point), "gap {gap}, {point}: {quick:?}");
+                    continue;
+                }
+                // From within, one of two flat faces may be as good as the other.
+                let tolerance = if slow.distance < 0.0 { 2e-4 } else { 1e-9 };
+                let difference = (quick.distance - slow.distance).abs();
+                assert!(difference < tolerance, "gap {gap}, {point}: {quick:?} {slow:?}");
+                certain += usize::from(quick.certain);
+            }
+            assert!(certain > 1500, "gap {gap}: {certain}");
+            assert!((pinched > 20) == (gap < -0.01), "gap {gap}: {pinched}");
+        }
+    }
+
     #[test]
     fn away_from_the_crossing_nothing_is_pinched() {
         let obstacle = crossing();

@@ -6,7 +6,7 @@ use modiste_body::{Gender, Motion, ScapeModel};
 use modiste_core::Progress;
 use modiste_garment::DrapeModel;
 use modiste_garment::refine::FitOptions;
-use modiste_scene::{Dresser, Machine, Person, Stage, Timing, peak_memory, reset_peak_memory};
+use modiste_scene::{Dresser, Machine, Memory, Person, Stage, Timing, reset_peak_memory};
 use serde::Serialize;
 
 use crate::event::Reporter;
@@ -131,7 +131,7 @@ impl BenchDress {
             fit_ms: median(Stage::Fit),
             total_ms_p50: total.map_or(0.0, |summary| summary.median),
             total_ms_p95: total.map_or(0.0, |summary| summary.p95),
-            peak_mb: peak_memory().map_or(0.0, |bytes| bytes as f64 / 1e6),
+            peak_mb: Memory::now().map_or(0.0, |memory| memory.peak_mb),
         })
     }
 }

@@ -7,13 +7,10 @@ use std::time::Instant;
 
 use modiste_body::{Gender, ScapeModel};
 use modiste_core::{Progress, Rng, below, normal, seeded_rng, uniform};
-use modiste_garment::DrapeModel;
 use modiste_garment::refine::FitOptions;
+use modiste_garment::{DrapeModel, Outfit};
 use modiste_io::{StagedFolder, create_folder, png, usd};
-use modiste_scene::{
-    CrowdPicture, Dresser, Format, GarmentFit, Machine, Person, Place, SceneError, peak_memory, resident_memory,
-    scatter,
-};
+use modiste_scene::{CrowdPicture, Format, GarmentFit, Machine, Memory, Person, Place, SceneError, scatter};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -26,8 +23,8 @@ use crate::{Assets, JobError, MotionChoice};
 const MOST: usize = 10_000;
 /// Shape coefficients stay within this many standard deviations.
 const FURTHEST: f64 = 2.0;
-/// People that are held at once to measure what one takes.
-const MEASURED: usize = 4;
+/// Outfits that are held at once to measure what one takes.
+const MEASURED_OUTFITS: usize = 4;
 /// Schema of the report.
 const SCHEMA: &str = "modiste-crowd-1";
 /// Names of files.
@@ -173,8 +170,8 @@ impl Crowd {
         let wardrobes = load(&Assets::find()?, reporter)?;
         let folder = StagedFolder::new(&self.out)?;
         let drafts = self.draw(&wardrobes, motions.len());
-        let models_mb = resident_memory().map(megabytes);
-        let character_mb = measure_characters(&drafts, &wardrobes)?;
+        let models_mb = Memory::now().map(|memory| memory.resident_mb);
+        let character_mb = measure_outfits(&drafts, &wardrobes)?;
         let started = Instant::now();
         const STAGE: &str = "crowd";
         reporter.start(STAGE, drafts.len());
@@ -215,7 +212,7 @@ impl Crowd {
             threads: rayon::current_num_threads(),
             models_mb,
             character_mb,
-            peak_mb: peak_memory().map(megabytes),
+            peak_mb: Memory::now().map(|memory| memory.peak_mb),
             machine: Machine::this(),
             characters,
             warnings: reporter.warnings(),
@@ -364,20 +361,16 @@ fn load(assets: &Assets, reporter: &Reporter<'_>) -> Result<Vec<Wardrobe>, JobEr
 }
 
 /// Memory (MB) that one person ready to move takes beside the models: some are held at once and the process is looked at.
-fn measure_characters(drafts: &[Draft], wardrobes: &[Wardrobe]) -> Result<Option<f64>, JobError> {
-    let before = resident_memory();
+fn measure_outfits(drafts: &[Draft], wardrobes: &[Wardrobe]) -> Result<Option<f64>, JobError> {
+    let Some(before) = Memory::now() else { return Ok(None) };
     let mut held = Vec::new();
-    for draft in drafts.iter().take(MEASURED) {
+    for draft in drafts.iter().take(MEASURED_OUTFITS) {
         let body = wardrobes[draft.gender].body.body(&draft.shape)?;
-        held.push(Dresser::new(&Person::new(body, draft.garments.clone())?, &FitOptions::default())?);
+        let outfit = Outfit::new(&body, &draft.garments, &FitOptions::default())?;
+        held.push((body, outfit));
     }
-    let after = resident_memory();
-    let grown = before.zip(after).map(|(before, after)| megabytes(after.saturating_sub(before)));
-    Ok(grown.map(|grown| grown / held.len().max(1) as f64))
-}
-
-fn megabytes(bytes: u64) -> f64 {
-    bytes as f64 / 1e6
+    let after = Memory::now().map_or(before.resident_mb, |memory| memory.resident_mb);
+    Ok(Some((after - before.resident_mb) / held.len().max(1) as f64))
 }
 
 /// Mean seconds of all, of the first and of the second half.

@@ -12,7 +12,7 @@ use serde::Serialize;
 use std::sync::Arc;
 
 use crate::event::Reporter;
-use crate::{Assets, BodyChoice, JobError, Length, MotionChoice};
+use crate::{Assets, BodyChoice, HairChoice, JobError, Length, MotionChoice};
 
 /// Dresses a moving body and writes scene, arrays, pictures and report into a folder.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +25,8 @@ pub struct Dress {
     pub motion: MotionChoice,
     /// What they wear; names of models in the assets.
     pub garments: Vec<String>,
+    /// Their hair, if any.
+    pub hair: Option<HairChoice>,
     /// How much of the motion; all of a file or four seconds of an action when absent.
     pub length: Option<Length>,
     /// The forms in which the animation is written.
@@ -52,6 +54,7 @@ impl Default for Dress {
             body: BodyChoice::Average,
             motion: MotionChoice::Action(super::Action::Walk),
             garments: vec!["tshirt".to_owned(), "shorts".to_owned()],
+            hair: None,
             length: None,
             formats: Format::DEFAULT.to_vec(),
             fit_map: false,
@@ -70,6 +73,7 @@ impl Dress {
         let assets = Assets::find()?;
         let garment_files =
             self.garments.iter().map(|name| assets.garment(self.gender, name)).collect::<Result<Vec<_>, _>>()?;
+        let hair_file = self.hair.as_ref().map(|hair| hair.file(&assets)).transpose()?;
         let folder = StagedFolder::new(&self.out)?;
         let steps = 2 + garment_files.len();
         reporter.start("load", steps);
@@ -82,7 +86,10 @@ impl Dress {
         }
         let body = self.body.make(&model, reporter)?;
         reporter.finish("load");
-        let person = Person::new(body, garments)?;
+        let mut person = Person::new(body, garments)?;
+        if let (Some(hair), Some(file)) = (&self.hair, &hair_file) {
+            person = person.with_hair(hair.load(file)?);
+        }
         let motion = self.motion.motion(person.body(), self.length, person.fps(), reporter)?;
         let animation = person.animate_on_disk(&motion, &FitOptions::default(), folder.path(), reporter)?;
         let fit_map = self.fit_map.then(|| FitMap::of(&person, &animation, reporter)).transpose()?;

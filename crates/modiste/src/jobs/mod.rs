@@ -1,6 +1,7 @@
 //! What can be asked for.
 
 mod bench_dress;
+mod bench_hair;
 mod body_choice;
 mod body_make;
 mod body_measure;
@@ -14,11 +15,14 @@ mod garment_evaluate;
 mod garment_learn;
 mod garment_simulate;
 mod garment_train;
+mod hair_choice;
+mod hair_learn;
 mod motion_choice;
 
 use serde::Serialize;
 
 pub use bench_dress::{BenchDress, BenchRow, BenchedDress};
+pub use bench_hair::{BenchHair, BenchHairRow, BenchedHair};
 pub use body_choice::BodyChoice;
 pub use body_make::{BodyMake, MadeBody};
 pub use body_measure::{BodyMeasure, MeasuredBody};
@@ -32,6 +36,8 @@ pub use garment_evaluate::{EvaluatedGarment, GarmentEvaluate};
 pub use garment_learn::{GarmentLearn, LearnedGarment};
 pub use garment_simulate::{GarmentSimulate, SimulatedGarment};
 pub use garment_train::{GarmentTrain, TrainedGarment};
+pub use hair_choice::HairChoice;
+pub use hair_learn::{HairLearn, LearnedHair};
 pub use motion_choice::{Action, Length, MotionChoice};
 
 use crate::event::Reporter;
@@ -42,12 +48,16 @@ use crate::{JobError, Listener};
 pub enum Job {
     /// Dresses a moving body.
     Dress(Dress),
+    /// Times characters.
+    BenchDress(BenchDress),
     /// Checks a dressed result.
     Check(Check),
     /// Makes many people.
     Crowd(Crowd),
-    /// Times characters.
-    BenchDress(BenchDress),
+    /// Simulates and learns hair.
+    HairLearn(HairLearn),
+    /// Times learned hair.
+    BenchHair(BenchHair),
     /// Makes a body from measurements.
     BodyMake(BodyMake),
     /// Measures a body.
@@ -72,12 +82,16 @@ pub enum Job {
 pub enum Outcome {
     /// Of [`Job::Dress`].
     Dressed(Dressed),
+    /// Of [`Job::BenchDress`].
+    BenchedDress(BenchedDress),
     /// Of [`Job::Check`].
     Checked(Checked),
     /// Of [`Job::Crowd`].
     MadeCrowd(MadeCrowd),
-    /// Of [`Job::BenchDress`].
-    BenchedDress(BenchedDress),
+    /// Of [`Job::HairLearn`].
+    LearnedHair(LearnedHair),
+    /// Of [`Job::BenchHair`].
+    BenchedHair(BenchedHair),
     /// Of [`Job::BodyMake`].
     MadeBody(MadeBody),
     /// Of [`Job::BodyMeasure`].
@@ -104,9 +118,11 @@ pub fn run(job: &Job, listener: &Listener<'_>) -> Result<Outcome, JobError> {
     let reporter = Reporter::new(listener);
     match job {
         Job::Dress(job) => job.run(&reporter).map(Outcome::Dressed),
+        Job::HairLearn(job) => job.run(&reporter).map(Outcome::LearnedHair),
+        Job::BenchHair(job) => job.run(&reporter).map(Outcome::BenchedHair),
+        Job::BenchDress(job) => job.run(&reporter).map(Outcome::BenchedDress),
         Job::Check(job) => job.run(&reporter).map(Outcome::Checked),
         Job::Crowd(job) => job.run(&reporter).map(Outcome::MadeCrowd),
-        Job::BenchDress(job) => job.run(&reporter).map(Outcome::BenchedDress),
         Job::BodyMake(job) => job.run(&reporter).map(Outcome::MadeBody),
         Job::BodyMeasure(job) => job.run().map(Outcome::MeasuredBody),
         Job::BodyPopulation(job) => job.run(&reporter).map(Outcome::MadePopulation),

@@ -1,0 +1,183 @@
+//! Points that are linear in a few coefficients, and what they may not pass.
+
+use modiste_core::{Matrix, QuantisedBasis, Vec3, vertex_normals};
+use rayon::prelude::*;
+
+use crate::HairError;
+use crate::surface::Surface;
+
+/// How far the surface is looked for around a point (m).
+const REACH: f64 = 0.05;
+
+/// Some points of a sequence as linear functions of its coefficients: `p_i(y) = Q_i y + μ_i`.
+///
+/// Roots, where there are any, are points that should be at known places.
+#[derive(Debug, Clone)]
+pub struct Subspace {
+    count: usize,
+    /// Index of each point in the whole.
+    points: Vec<usize>,
+    mean: Vec<Vec3>,
+    /// Three rows of `count` numbers per point.
+    rows: Vec<f32>,
+    /// Index of each root in the whole, and its mean and rows.
+    roots: Vec<usize>,
+    root_mean: Vec<Vec3>,
+    root_rows: Vec<f32>,
+    /// `Σ Q_rᵀ Q_r` over the roots.
+    root_gram: Matrix,
+}
+
+/// A point with the vertex of the surface nearest to it (the set C of the text).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Correspondence {
+    /// Place of the point among those of the subspace.
+    pub point: usize,
+    /// Where the vertex is (m), b_j.
+    pub at: Vec3,
+    /// Its unit normal, n.
+    pub normal: Vec3,
+}
+
+impl Subspace {
+    /// The points and roots with these indices of a basis with `mean` (three numbers a point).
+    ///
+    /// # Errors
+    /// A basis and mean that do not agree, or an index beyond them.
+    pub fn new(
+        mean: &[f32],
+        basis: &QuantisedBasis<i8>,
+        points: Vec<usize>,
+        roots: Vec<usize>,
+    ) -> Result<Self, HairError> {
+        let (n, count) = (basis.dimensions(), basis.count());
+        if mean.len() != n || n % 3 != 0 {
+            return Err(HairError::data("mean of the subspace", format!("{n} numbers, three a point"), mean.len()));
+        }
+        if let Some(&index) = points.iter().chain(&roots).find(|&&index| 3 * index >= n) {
+            return Err(HairError::data("point of the subspace", format!("below {}", n / 3), index));
+        }
+        let gather = |points: &[usize]| {
+            let at = |i: usize| Vec3::new(f64::from(mean[i]), f64::from(mean[i + 1]), f64::from(mean[i + 2]));
+            let mean: Vec<Vec3> = points.iter().map(|&point| at(3 * point)).collect();
+            let mut rows = Vec::with_capacity(3 * points.len() * count);
+            for &point in points {
+                for axis in 0..3 {
+                    let place = 3 * point + axis;
+                    rows.extend((0..count).map(|k| basis.scales()[k] * f32::from(basis.values()[k * n + place])));
+                }
+            }
+            (mean, rows)
+        };
+        let (point_mean, rows) = gather(&points);
+        let (root_mean, root_rows) = gather(&roots);
+        let mut root_gram = Matrix::zeros(count, count);
+        for row in root_rows.chunks_exact(count.max(1)) {
+            add_outer(&mut root_gram, row, 1.0);
+        }
+        Ok(Self { count, points, mean: point_mean, rows, roots, root_mean, root_rows, root_gram })
+    }
+
+    /// Number of coefficients.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Number of points.
+    pub fn point_count(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Index in the whole of each root.
+    pub fn roots(&self) -> &[usize] {
+        &self.roots
+    }
+
+    /// Where a point is (m).
+    pub fn position(&self, point: usize, y: &[f64]) -> Vec3 {
+        self.mean[point] + self.product(&self.rows, point, y)
+    }
+
+    fn product(&self, rows: &[f32], point: usize, y: &[f64]) -> Vec3 {
+        let rows = &rows[3 * point * self.count..][..3 * self.count];
+        let (x, rest) = rows.split_at(self.count);
+        let (v, z) = rest.split_at(self.count);
+        let mut sums = [0.0; 3];
+        for k in 0..self.count {
+            sums[0] += f64::from(x[k]) * y[k];
+            sums[1] += f64::from(v[k]) * y[k];
+            sums[2] += f64::from(z[k]) * y[k];
+        }
+        Vec3::from_array(sums)
+    }
+
+    /// `Q_iᵀ n`: how the distance of a point along a normal follows from the coefficients.
+    pub(super) fn along(&self, point: usize, normal: Vec3) -> Vec<f32> {
+        let rows = &self.rows[3 * point * self.count..][..3 * self.count];
+        let n = normal.to_array().map(|x| x as f32);
+        (0..self.count)
+            .map(|k| n[0] * rows[k] + n[1] * rows[self.count + k] + n[2] * rows[2 * self.count + k])
+            .collect()
+    }
+
+    /// The nearest vertex of a surface to each point that is near it, at coefficients `y`.
+    ///
+    /// Found as the nearest corner of the nearest face, which is exact but for needles of faces.
+    pub fn correspondences(&self, y: &[f64], surface: &Surface) -> Vec<Correspondence> {
+        let x = surface.vertices();
+        let normals = vertex_normals(surface.topology(), x);
+        (0..self.points.len())
+            .into_par_iter()
+            .filter_map(|point| {
+                let p = self.position(point, y);
+                let at = surface.tree().closest_point(x, p, REACH)?;
+                let face = surface.topology().faces()[at.face as usize];
+                let nearest = face
+                    .into_iter()
+                    .min_by(|&a, &b| x[a as usize].distance_squared(p).total_cmp(&x[b as usize].distance_squared(p)))?;
+                Some(Correspondence { point, at: x[nearest as usize], normal: normals[nearest as usize] })
+            })
+            .collect()
+    }
+
+    /// `s(y)` of eq. 31 as its matrix and, for these places of the roots (m), its right-hand side.
+    pub(super) fn root_terms(&self, places: &[Vec3]) -> (&Matrix, Vec<f64>) {
+        let mut right = vec![0.0; self.count];
+        for (root, place) in places.iter().enumerate().take(self.roots.len()) {
+            let off = (*place - self.root_mean[root]).to_array();
+            let rows = &self.root_rows[3 * root * self.count..][..3 * self.count];
+            for axis in 0..3 {
+                for k in 0..self.count {
+                    right[k] += off[axis] * f64::from(rows[axis * self.count + k]);
+                }
+            }
+        }
+        (&self.root_gram, right)
+    }
+
+    /// `s(y)`: squared distances of the roots from their places, and its gradient is added to `gradient` times `weight`.
+    pub(super) fn root_error(&self, y: &[f64], places: &[Vec3], weight: f64, gradient: &mut [f64]) -> f64 {
+        let mut sum = 0.0;
+        for (root, place) in places.iter().enumerate().take(self.roots.len()) {
+            let off = self.root_mean[root] + self.product(&self.root_rows, root, y) - *place;
+            sum += off.length_squared();
+            let rows = &self.root_rows[3 * root * self.count..][..3 * self.count];
+            for (axis, off) in off.to_array().into_iter().enumerate() {
+                for k in 0..self.count {
+                    gradient[k] += 2.0 * weight * off * f64::from(rows[axis * self.count + k]);
+                }
+            }
+        }
+        sum
+    }
+}
+
+/// Adds `weight * v vᵀ` to the lower triangle and the diagonal.
+pub(super) fn add_outer(matrix: &mut Matrix, v: &[f32], weight: f64) {
+    for i in 0..v.len() {
+        let scaled = weight * f64::from(v[i]);
+        for (entry, &other) in matrix.row_mut(i)[..=i].iter_mut().zip(v) {
+            *entry += scaled * f64::from(other);
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! Learning: principal components of bust and hair, and the blocks of the hair tensor.
+
+use modiste_body::Body;
+use modiste_core::{Matrix, Pca, Progress, QuantisedBasis};
+use rayon::prelude::*;
+
+use super::blocks::Blocks;
+use super::expansion::Expansion;
+use super::matrix::{Layout, MOVES, Ridge, StyleMatrix};
+use super::{Dynamics, HairModel};
+use crate::canonical::BustTrack;
+use crate::scalp::Root;
+use crate::training::{Factors, Recorded, TrainingFolder};
+use crate::{HairError, POINTS};
+
+/// Frames that principal components are found from, of hair and of bust.
+const HAIR_FRAMES: usize = 1400;
+const BUST_FRAMES: usize = 1000;
+/// Frames that are added to the Gram matrix at a time.
+const CHUNK: usize = 512;
+/// Every so many training sequences, one is kept back to choose the ridge by.
+const CHOOSE_EVERY: usize = 6;
+/// Ridges that are tried.
+const INDEPENDENT: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
+const SHARED: [f64; 5] = [1e-3, 1e-2, 3e-2, 1e-1, 3e-1];
+/// A style whose largest eigenvalue is above this is not taken.
+const STABLE: f64 = 0.995;
+
+/// What can be chosen in learning.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LearnOptions {
+    /// Most hair coefficients, d_h.
+    pub hair_dimensions: usize,
+    /// Bust coefficients, d_b.
+    pub bust_dimensions: usize,
+}
+
+impl Default for LearnOptions {
+    fn default() -> Self {
+        Self { hair_dimensions: 100, bust_dimensions: 10 }
+    }
+}
+
+/// A learned model with what learning found out.
+#[derive(Debug)]
+pub struct Learned {
+    /// The model.
+    pub model: HairModel,
+    /// Part of the variance of the hair that its coefficients hold.
+    pub energy: f64,
+    /// Frames of a cell that it was learned from.
+    pub frames: usize,
+    /// Sequences that it was learned from.
+    pub sequences: usize,
+}
+
+/// A sequence in coefficients: the bust per frame, and the hair per cell and frame.
+struct Reduced {
+    recorded: Recorded,
+    bust: Vec<Vec<f64>>,
+    hair: Vec<Vec<Vec<f64>>>,
+}
+
+/// Learns a model from the sequences of a training set that are not held out.
+///
+/// # Errors
+/// A set without sequences, or one whose files are damaged.
+pub fn learn(
+    folder: &TrainingFolder,
+    names: &[String],
+    body: &Body,
+    roots: &[Root],
+    options: &LearnOptions,
+    progress: &dyn Progress,
+) -> Result<Learned, HairError> {
+    const STAGE: &str = "learn";
+    let cells = &folder.recipe().cells;
+    let mut recorded = Vec::new();
+    for name in names {
+        let sequence = folder.body(name)?;
+        if !sequence.held_out && sequence.frames.len() >= 4 {
+            recorded.push(sequence);
+        }
+    }
+    let frames: usize = recorded.iter().map(|sequence| sequence.frames.len()).sum();
+    if frames < 100 {
+        return Err(HairError::data("training set", "100 frames or more", frames));
+    }
+    progress.start(STAGE, recorded.len() + 3);
+    let bust = bust_components(&recorded, frames, options.bust_dimensions)?;
+    let hair = hair_components(folder, &recorded, frames, options.hair_dimensions)?;
+    progress.advance(STAGE, 1);
+    let energy = hair.std_devs.iter().map(|s| s * s).sum::<f64>() / hair.total_variance;
+    let mut reduced = Vec::with_capacity(recorded.len());
+    for (index, recorded) in recorded.into_iter().enumerate() {
+        reduced.push(reduce(folder, recorded, &bust, &hair)?);
+        progress.advance(STAGE, index + 2);
+    }
+    let layout = Layout { bust: bust.count(), hair: hair.count() };
+    let chosen = |index: usize| index % CHOOSE_EVERY == CHOOSE_EVERY - 1;
+    let gram_of = |wanted: &dyn Fn(usize) -> bool| gram(&reduced, layout, cells.len(), wanted);
+    let (kept, rest) = (gram_of(&|index| !chosen(index)), gram_of(&chosen));
+    let track = BustTrack::reference(body)?;
+    let n = 3 * POINTS * roots.len();
+    let basis =
+        QuantisedBasis::from_f32(&hair.basis, hair.count(), n).map_err(HairError::solving("basis of the hair"))?;
+    let mut model = HairModel {
+        name: folder.recipe().source.clone().unwrap_or_else(|| folder.recipe().style.name().to_owned()),
+        fps: 30.0,
+        roots: roots.to_vec(),
+        cells: cells.clone(),
+        bust_vertices: track.vertices().to_vec(),
+        bust_rest: track.vertices().iter().map(|&v| body.rest_vertices()[v as usize]).collect(),
+        expansion: Expansion::new(&hair.mean, &basis),
+        basis,
+        mean: hair.mean,
+        std_devs: hair.std_devs,
+        bust,
+        blocks: Blocks::from_gram(&kept, cells.len())?,
+        ridge: Ridge::NONE,
+        seed: folder.recipe().seed,
+    };
+    let trial: Vec<&Reduced> = reduced.iter().enumerate().filter(|(index, _)| chosen(*index)).map(|(_, r)| r).collect();
+    let ridges = choose_ridges(&model, &trial)?;
+    let mut sum = kept;
+    for (value, more) in sum.data.iter_mut().zip(&rest.data) {
+        *value += more;
+    }
+    model.blocks = Blocks::from_gram(&sum, cells.len())?;
+    model.ridge = first_stable(&model, &ridges)?;
+    progress.finish(STAGE);
+    Ok(Learned { energy, frames, sequences: reduced.len(), model })
+}
+
+fn bust_components(recorded: &[Recorded], frames: usize, count: usize) -> Result<Pca, HairError> {
+    let every = frames.div_ceil(BUST_FRAMES).max(1);
+    let numbers = recorded[0].bust.len() / recorded[0].frames.len();
+    let samples: Vec<&[f32]> =
+        recorded.iter().flat_map(|sequence| sequence.bust.chunks_exact(numbers)).step_by(every).collect();
+    Pca::fit(&samples, count).map_err(HairError::solving("components of the bust"))
+}
+
+fn hair_components(
+    folder: &TrainingFolder,
+    recorded: &[Recorded],
+    frames: usize,
+    count: usize,
+) -> Result<Pca, HairError> {
+    let cells = folder.recipe().cells.len();
+    let every = (frames * cells).div_ceil(HAIR_FRAMES).max(1);
+    let mut samples: Vec<Vec<f32>> = Vec::new();
+    // Cells take turns, so that none is seen at the same moments only.
+    let mut at = 0;
+    for sequence in recorded {
+        for cell in 0..cells {
+            let count = sequence.frames.len();
+            let hair = folder.hair(&sequence.name, cell, count)?;
+            for frame in hair.chunks_exact(hair.len() / count) {
+                if at % every == 0 {
+                    samples.push(frame.to_vec());
+                }
+                at += 1;
+            }
+        }
+    }
+    let samples: Vec<&[f32]> = samples.iter().map(Vec::as_slice).collect();
+    Pca::fit(&samples, count).map_err(HairError::solving("components of the hair"))
+}
+
+fn reduce(folder: &TrainingFolder, recorded: Recorded, bust: &Pca, hair: &Pca) -> Result<Reduced, HairError> {
+    let count = recorded.frames.len();
+    let numbers = recorded.bust.len() / count;
+    let bust = recorded.bust.chunks_exact(numbers).map(|frame| bust.project(frame)).collect();
+    let mut cells = Vec::new();
+    for cell in 0..folder.recipe().cells.len() {
+        let numbers = folder.hair(&recorded.name, cell, count)?;
+        let frames: Vec<&[f32]> = numbers.chunks_exact(numbers.len() / count).collect();
+        cells.push(frames.par_iter().map(|frame| hair.project(frame)).collect());
+    }
+    Ok(Reduced { recorded, bust, hair: cells })
+}
+
+/// `D Dᵀ` of the stacked blocks over the frames from the third on of the wanted sequences.
+fn gram(reduced: &[Reduced], layout: Layout, cells: usize, wanted: &dyn Fn(usize) -> bool) -> Matrix {
+    let size = layout.size();
+    let mut sum = Matrix::zeros(cells * size, cells * size);
+    let mut rows: Vec<Vec<f64>> = Vec::with_capacity(CHUNK);
+    let mut add = |rows: &mut Vec<Vec<f64>>| {
+        let chunk = Matrix::from_rows(rows);
+        for (value, more) in sum.data.iter_mut().zip(chunk.transpose_matmul(&chunk).data) {
+            *value += more;
+        }
+        rows.clear();
+    };
+    for sequence in reduced.iter().enumerate().filter(|(index, _)| wanted(*index)).map(|(_, sequence)| sequence) {
+        for t in 2..sequence.bust.len() {
+            let mut row = Vec::with_capacity(cells * size);
+            for cell in 0..cells {
+                row.extend(augmented(sequence, cell, t));
+            }
+            rows.push(row);
+            if rows.len() == CHUNK {
+                add(&mut rows);
+            }
+        }
+    }
+    if !rows.is_empty() {
+        add(&mut rows);
+    }
+    sum
+}
+
+/// `w_t = [x_t; y_{t−2}; y_{t−1}; z_{t,t−2}; z_{t−1,t−2}; y_t]`.
+fn augmented(sequence: &Reduced, cell: usize, t: usize) -> impl Iterator<Item = f64> {
+    let (hair, frames) = (&sequence.hair[cell], &sequence.recorded.frames);
+    let moves: [f64; MOVES] = {
+        let (a, b) = (frames[t].since(&frames[t - 2]), frames[t - 1].since(&frames[t - 2]));
+        std::array::from_fn(|i| if i < 5 { a[i] } else { b[i - 5] })
+    };
+    sequence.bust[t].iter().chain(&hair[t - 2]).chain(&hair[t - 1]).copied().chain(moves).chain(hair[t].iter().copied())
+}
+
+/// Ridges in the order of how near the model comes to simulated hair with them, running freely through the trial sequences.
+fn choose_ridges(model: &HairModel, trial: &[&Reduced]) -> Result<Vec<Ridge>, HairError> {
+    let mut tried = Vec::new();
+    for independent in INDEPENDENT {
+        for shared in SHARED {
+            let ridge = Ridge { independent, shared };
+            let error = free_error(model, trial, ridge)?;
+            tried.push((error, ridge));
+        }
+    }
+    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(tried.into_iter().map(|(_, ridge)| ridge).collect())
+}
+
+/// Sum of squared distances between predicted and simulated coefficients.
+fn free_error(model: &HairModel, trial: &[&Reduced], ridge: Ridge) -> Result<f64, HairError> {
+    let mut sum = 0.0;
+    for (index, cell) in model.cells.iter().enumerate() {
+        let weights = Factors::of_cell(cell).weights(&model.cells)?;
+        let matrix = StyleMatrix::new(&model.blocks, &weights, model.layout(), ridge)?;
+        for sequence in trial {
+            let mut dynamics = Dynamics::with_matrix(Factors::of_cell(cell), matrix.clone());
+            for (t, frame) in sequence.recorded.frames.iter().enumerate() {
+                let found = dynamics.step(*frame, &sequence.bust[t]);
+                let wanted = &sequence.hair[index][t];
+                sum += found.iter().zip(wanted).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+            }
+        }
+    }
+    Ok(if sum.is_finite() { sum } else { f64::INFINITY })
+}
+
+/// The best ridge with which every style is stable; where none of those tried is, stronger ones.
+fn first_stable(model: &HairModel, ridges: &[Ridge]) -> Result<Ridge, HairError> {
+    let strongest = Ridge { independent: 0.1, shared: 1.0 };
+    for &ridge in ridges.iter().chain([&strongest]) {
+        if largest_eigenvalue(model, ridge)? < STABLE {
+            return Ok(ridge);
+        }
+    }
+    Err(HairError::data("hair dynamics", format!("eigenvalues below {STABLE}"), "none of the ridges gives them"))
+}
+
+/// λ_max over a coarse grid of the factors and all cells; the report looks at a fine one.
+fn largest_eigenvalue(model: &HairModel, ridge: Ridge) -> Result<f64, HairError> {
+    let mut largest = 0.0f64;
+    let still = model.cells.iter().filter(|cell| cell.wind.is_none()).count();
+    let mut styles: Vec<Factors> = model.cells.iter().map(Factors::of_cell).collect();
+    if still >= 4 {
+        styles.extend(
+            [(0.5, 0.5), (0.5, 1.0), (0.5, 0.0), (0.0, 0.5), (1.0, 0.5), (1.35, 1.0)].map(|(a, b)| Factors::new(a, b)),
+        );
+    }
+    for factors in styles {
+        let matrix = StyleMatrix::new(&model.blocks, &factors.weights(&model.cells)?, model.layout(), ridge)?;
+        largest = largest.max(matrix.largest_eigenvalue()?);
+    }
+    Ok(largest)
+}
