@@ -15,6 +15,12 @@ const MOST_FRAMES: usize = 60;
 /// Half the height of the bands around chest, waist and hip (m).
 const BAND: f64 = 0.07;
 
+/// Median strain (%) above which a region is tight, and medians of the distance (mm) up to which it is close and from which it
+/// is loose: about where cloth pulls in wear, and 6 and 19 cm of girth.
+const TIGHT_PERCENT: f64 = 3.0;
+const CLOSE_MM: f64 = 10.0;
+const LOOSE_MM: f64 = 30.0;
+
 /// A part of the body on which fit is judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -154,11 +160,14 @@ impl GarmentMap {
         };
         let (ease, strain) = (sorted(&self.ease_mm), sorted(&self.strain_percent));
         let (ease_mm, strain_percent) = (ease[ease.len() / 2], strain[strain.len() / 2]);
-        let verdict = match () {
-            () if strain_percent > 3.0 => Verdict::Tight,
-            () if ease_mm < 10.0 => Verdict::Close,
-            () if ease_mm <= 30.0 => Verdict::Easy,
-            () => Verdict::Loose,
+        let verdict = if strain_percent > TIGHT_PERCENT {
+            Verdict::Tight
+        } else if ease_mm < CLOSE_MM {
+            Verdict::Close
+        } else if ease_mm <= LOOSE_MM {
+            Verdict::Easy
+        } else {
+            Verdict::Loose
         };
         RegionFit {
             garment: self.garment.clone(),

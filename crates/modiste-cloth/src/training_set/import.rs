@@ -199,7 +199,7 @@ impl Importer {
             let stretch = self.stretch(&imported.vertices);
             body_anchors.push(self.anchors.iter().map(|&[_, v]| body.rest_vertices()[v as usize]).collect());
             let (shape, vertices) = (imported.shape.clone(), imported.vertices.clone());
-            pieces.push(ShapePiece { shape, size: 0.0, stretch, vertices });
+            pieces.push(ShapePiece { shape, ease: None, size: 0.0, stretch, vertices });
         }
         self.folder.write_shapes(&pieces, &body_anchors)?;
         let inputs = self.inputs(&[]);
@@ -288,6 +288,7 @@ fn new_manifest(mesh: &SewnGarment, template: &[Vec3], mean: &Mannequin, gender:
         garment: mesh.name.clone(),
         gender: gender.to_owned(),
         seed: 0,
+        vertex_count: None,
         units: "metres, radians".to_owned(),
         fabric: "as simulated elsewhere".to_owned(),
         hashes: BTreeMap::from(hashes.map(|(name, hash)| (name.to_owned(), hash))),

@@ -41,8 +41,15 @@ impl<'a> Layer<'a> {
         };
         let nearest = corners(self.surface.topology.faces()[at.face as usize], self.x);
         let depth = -signed_distance(&self.surface.topology, self.x, point, &at);
-        let is_below = depth > 0.0 && !self.is_on_rim(&at) && self.lies_right(nearest);
+        let is_below =
+            depth > 0.0 && !self.is_on_rim(&at) && self.lies_right(nearest) && self.is_under(point, at.point);
         Sounding { depth: if is_below { depth } else { -at.distance }, nearest }
+    }
+
+    /// Whether a point is nearer to the body than one of the garment: behind cloth that stands off or crosses itself there is
+    /// also the air outside.
+    fn is_under(&self, point: Vec3, cloth: Vec3) -> bool {
+        self.skin.distance(point) < self.skin.distance(cloth)
     }
 
     /// Whether a face has its outer side away from the body. Where cloth is folded over, its outer side does not say what is

@@ -5,7 +5,7 @@
 //! | finding | depth |
 //! |---|---|
 //! | garment in the body | the greatest distance from the skin of any point of the garment's triangles that is inside, corners or not |
-//! | outer garment in an inner one | the same, below the inner garment's surface, where that lies with its outer side outwards |
+//! | outer garment in an inner one | the same, below the inner garment's surface, where that lies with its outer side outwards, of points that are nearer to the body than it |
 //! | garment in itself | the shortest way by which the two crossing triangles come apart ([`modiste_core::triangle_separation`]) |
 //!
 //! Inside is where the body's winding number is above one half, so a body that crosses itself counts as the union of its

@@ -64,6 +64,12 @@ impl<'a> Skin<'a> {
         self.nearest(point).map_or(Vec3::ZERO, |at| pseudonormal(&self.surface.topology, self.x, &at))
     }
 
+    /// Distance from the skin (m), negative inside the body.
+    pub(super) fn distance(&self, point: Vec3) -> f64 {
+        let distance = self.nearest(point).map_or(f64::INFINITY, |at| at.distance);
+        if self.is_inside(point) { -distance } else { distance }
+    }
+
     fn place(&self, point: Vec3) -> Place {
         if !self.is_inside(point) {
             return Place::Outside;
