@@ -28,8 +28,8 @@ pub struct WornHair {
     options: CollisionOptions,
     finish: Finish,
     numbers: Vec<f32>,
+    canonical: Vec<Vec3>,
     points: Vec<Vec3>,
-    world: Vec<Vec3>,
 }
 
 /// What a frame took, and did.
@@ -94,7 +94,7 @@ impl WornHair {
             finish: Finish::new(),
             numbers: vec![0.0; 3 * model.point_count()],
             points: vec![Vec3::ZERO; model.point_count()],
-            world: vec![Vec3::ZERO; model.point_count()],
+            canonical: vec![Vec3::ZERO; model.point_count()],
             model: Arc::clone(model),
         })
     }
@@ -137,7 +137,7 @@ impl WornHair {
 
         let start = Instant::now();
         self.model.expansion().expand(y, &mut self.numbers);
-        self.points.par_chunks_mut(POINTS).zip(self.numbers.par_chunks(3 * POINTS)).zip(&roots).for_each(
+        self.canonical.par_chunks_mut(POINTS).zip(self.numbers.par_chunks(3 * POINTS)).zip(&roots).for_each(
             |((points, numbers), root)| {
                 let at =
                     |i: usize| Vec3::new(f64::from(numbers[i]), f64::from(numbers[i + 1]), f64::from(numbers[i + 2]));
@@ -153,16 +153,16 @@ impl WornHair {
         let start = Instant::now();
         let clothes: Vec<Surface> = clothes.iter().map(|cloth| in_canonical(cloth, &frame)).collect();
         let surfaces: Vec<&Surface> = std::iter::once(&self.surface).chain(&clothes).collect();
-        times.moved = self.finish.apply(&mut self.points, &surfaces).moved;
-        let points = &self.points;
-        self.world.par_iter_mut().zip(points).for_each(|(world, point)| *world = frame.to_world(*point));
+        times.moved = self.finish.apply(&mut self.canonical, &surfaces).moved;
+        let canonical = &self.canonical;
+        self.points.par_iter_mut().zip(canonical).for_each(|(world, point)| *world = frame.to_world(*point));
         times.collision += start.elapsed();
         Ok(times)
     }
 
     /// Points of all guides in world (m), `POINTS` each.
     pub fn points(&self) -> &[Vec3] {
-        &self.world
+        &self.points
     }
 
     fn root(&self, root: crate::Root, vertices: &[Vec3], frame: &Frame) -> Vec3 {

@@ -14,7 +14,7 @@ use modiste_hair::{Bust, FullHair, Groom, POINTS, Style, WornHair, carry, evalua
 
 fn body() -> Body {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
-    ScapeModel::load(assets.join("body-female.safetensors")).unwrap().body(&[]).unwrap()
+    ScapeModel::load(assets.join("body-female.safetensors")).expect("the model ships").body(&[]).expect("the mean body")
 }
 
 /// Somebody who stands and shakes their head at this rate (Hz).

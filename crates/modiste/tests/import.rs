@@ -78,7 +78,7 @@ fn truth(model: &Arc<ScapeModel>) -> Truth {
         let shape: Vec<f64> = (0..model.shape_count()).map(beta).collect();
         let body = model.body(&shape).unwrap();
         let vertices = carrier.carry(made.topology(), &x, mean.rest_vertices(), body.rest_vertices());
-        shapes.push(ShapeSample { shape, vertices, body_anchors: anchors_of(body.rest_vertices()) });
+        shapes.push(ShapeSample { shape, ease: 0.0, vertices, body_anchors: anchors_of(body.rest_vertices()) });
         standing.push(body.rest_vertices().to_vec());
     }
     let motions = [
@@ -98,7 +98,11 @@ fn truth(model: &Arc<ScapeModel>) -> Truth {
         });
         moving.push(bodies);
     }
-    Truth { set: TrainingSet { garment, shapes, sequences, seed: 0, sources: Vec::new() }, standing, moving }
+    Truth {
+        set: TrainingSet { garment, shapes, sequences, seed: 0, vertex_count: None, sources: Vec::new() },
+        standing,
+        moving,
+    }
 }
 
 fn posed(body: &Body, pose: &Pose) -> Vec<Vec3> {

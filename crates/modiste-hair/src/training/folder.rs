@@ -115,7 +115,7 @@ impl TrainingFolder {
                 let poses = pose_all(body, sequence);
                 let frames = self.write_body(&track, sequence, &poses)?;
                 for cell in missing {
-                    let hair = self.simulate_cell(body, &grooms[cell], cell, &poses, &frames, &sequence.name)?;
+                    let hair = self.simulate_cell(body, (cell, &grooms[cell]), (&poses, &frames), &sequence.name)?;
                     let shape = [poses.len(), grooms[cell].guides.points.len() * 3];
                     let mut writer = Writer::new(Header { kind: HAIR_KIND.to_owned(), ..Header::default() });
                     writer.add_i16("hair", &shape, hair);
@@ -132,10 +132,8 @@ impl TrainingFolder {
     fn simulate_cell(
         &self,
         body: &Body,
-        groom: &Groom,
-        cell: usize,
-        poses: &[Vec<Vec3>],
-        frames: &[Frame],
+        (cell, groom): (usize, &Groom),
+        (poses, frames): (&[Vec<Vec3>], &[Frame]),
         sequence: &str,
     ) -> Result<Vec<i16>, HairError> {
         let cell = &self.recipe.cells[cell];

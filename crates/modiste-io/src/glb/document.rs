@@ -95,7 +95,7 @@ fn parted(mesh: &AnimatedMesh<'_>) -> (Vec<[u32; 3]>, Vec<u32>, Vec<[f32; 2]>) {
     let mut faces = mesh.faces.to_vec();
     for (corner, [u, v]) in faces.as_flattened_mut().iter_mut().zip(uv.as_flattened()) {
         let (place, vertex) = ([*u, 1.0 - v], *corner);
-        if *places[vertex as usize].get_or_insert(place) != place {
+        if places[vertex as usize].get_or_insert(place).map(f32::to_bits) != place.map(f32::to_bits) {
             *corner = *further.entry((vertex, place.map(f32::to_bits))).or_insert_with(|| {
                 sources.push(vertex);
                 places.push(Some(place));
