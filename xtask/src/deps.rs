@@ -13,7 +13,10 @@ const DIRECTION: [(&str, &[&str]); 10] = [
     ("modiste-cloth", &["modiste-core", "modiste-io", "modiste-body"]),
     ("modiste-garment", &["modiste-core", "modiste-io", "modiste-body", "modiste-cloth"]),
     ("modiste-hair", &["modiste-core", "modiste-io", "modiste-body"]),
-    ("modiste-scene", &["modiste-core", "modiste-io", "modiste-body", "modiste-garment", "modiste-hair"]),
+    (
+        "modiste-scene",
+        &["modiste-core", "modiste-io", "modiste-body", "modiste-cloth", "modiste-garment", "modiste-hair"],
+    ),
     (
         "modiste",
         &[

@@ -230,9 +230,9 @@ impl Outfit {
     }
 }
 
-/// Whether a garment of these parts lies on a part of the body: its own, and the trunk around a waist.
+/// Whether a garment of these parts lies on a part of the body: its own, and the trunk, on which all garments end or hang.
 fn covers(garment_parts: &[Part], part: Part) -> bool {
-    matches!(part, Part::Pelvis | Part::Abdomen) || garment_parts.contains(&part)
+    matches!(part, Part::Pelvis | Part::Abdomen | Part::Chest) || garment_parts.contains(&part)
 }
 
 fn layer_report(exact: ExactReport, synthesis_seconds: f64, fit_seconds: f64) -> LayerReport {

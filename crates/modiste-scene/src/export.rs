@@ -231,7 +231,6 @@ mod tests {
 
     use modiste_core::shapes::icosphere;
     use modiste_core::{Silent, Vec3};
-    use modiste_io::animated::FrameSource;
     use modiste_io::{StagedFolder, npz, png};
 
     use super::{Contents, Subject, file_names, write_results};

@@ -63,7 +63,7 @@ static WHOLE: LazyLock<Scene> = LazyLock::new(|| {
 fn write_cache(path: &Path, frames: &Vec<Vec<[f32; 3]>>) {
     let mesh = AnimatedMesh {
         name: "points",
-        faces: &[],
+        faces: &[[0, 1, 2]],
         frames,
         uv: None,
         vertex_colours: None,

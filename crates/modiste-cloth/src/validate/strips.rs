@@ -108,7 +108,7 @@ pub fn cantilever(rigidity: f64) -> Result<Comparison, ClothError> {
 pub(super) fn sag_of_strip(fabric: &Fabric, angle: f64, length: f64, rigidity: f64) -> Result<Comparison, ClothError> {
     const CELLS: usize = 40;
     let cell = length / CELLS as f64;
-    let mut sheet = Sheet::cut_at(angle, Vec2::new(0.3 * length, length), [12, CELLS], fabric)?;
+    let mut sheet = Sheet::cut_at(angle, Vec2::new(0.3 * length, length), [10, CELLS], fabric)?;
     sheet.model.pins = [sheet.row(0), sheet.row(1)].concat();
     let options = SolverOptions { gravity: [0.0, 0.0, -GRAVITY], ..static_options() };
     let mut solver = Solver::new(&sheet.model, options);

@@ -108,7 +108,8 @@ fn cloth_between_parts_of_the_body_that_are_in_each_other_is_pinched() {
     let body = two_balls();
     let around = |centre: Vec3| ball(0.004, centre);
     let found = check(&[&body, &around(Vec3::ZERO)]);
-    assert!(found.body.count > 0 && found.body.depth > 0.01, "{:?}", found.body);
+    // The way by which two triangles come apart is not longer than they are.
+    assert!(found.body.count > 0 && found.body.depth > 0.005, "{:?}", found.body);
     let cloth = found.garments[0];
     assert_eq!((cloth.inside.count, cloth.pinched.count), (0, icosphere(4).vertices.len()));
     assert!(cloth.pinched.depth > 0.03, "the way out is long");

@@ -7,9 +7,6 @@ use super::obstacle::{Contact, NO_HINT};
 
 /// Most surfaces below a garment, the body and the garments under it; those beyond are left out.
 pub(crate) const MOST: usize = 4;
-/// Garments below are looked for so near (m) to the height to which they raise the body.
-const NEAR_GARMENTS: f64 = 0.008;
-
 /// Between opposite contacts whose normals have a product below this, a vertex has two walls to stay away from.
 const OPPOSITE: f64 = -0.3;
 /// Longest step of a single vertex between two walls in one final round (m).
@@ -169,7 +166,7 @@ impl Site {
 }
 
 fn may_touch_garments(contacts: &Contacts, grounds: &[Ground<'_>]) -> bool {
-    let is_near = |body: &Contact| body.raised > 0.0 && body.distance.abs() < NEAR_GARMENTS;
+    let is_near = |body: &Contact| body.raised > 0.0;
     grounds[0].cover.is_none() || contacts.of(0).is_none_or(is_near)
 }
 

@@ -4,8 +4,11 @@ use modiste_core::{Topology, Vec3};
 
 use super::obstacle::{Contact, Obstacle};
 
-/// Cloth further from the body than this (m) does not count: what hangs free is not lain upon.
+/// Cloth further from the body than this (m) does not raise it: what hangs free is not lain upon.
 const HIGHEST: f64 = 0.06;
+
+/// What it counts for all the same (m), so that one knows where cloth is.
+const HANGING: f64 = 1e-9;
 
 /// How steeply the height falls off beyond the edge of a garment.
 const SLOPE: f64 = 0.25;
@@ -47,9 +50,10 @@ impl Cover {
 
     fn lay_point(&mut self, body: &Topology, contact: &Contact, thickness: f64) {
         let height = contact.distance + contact.raised + thickness;
-        if contact.pinched || height > HIGHEST {
+        if contact.pinched {
             return;
         }
+        let height = if height > HIGHEST { HANGING } else { height };
         for vertex in body.faces()[contact.face as usize] {
             let found = &mut self.heights[vertex as usize];
             if height > *found {

@@ -463,9 +463,10 @@ mod tests {
         assert_eq!(of(Semantic::Positions).len(), 5 * 3);
         assert_eq!(of(Semantic::TexCoords(0)).len(), 5 * 2);
         let colours = of(Semantic::Colors(0));
-        assert_eq!((colours.len(), colours[2 * 3 + 2], colours[3 * 3 + 2]), (5 * 3, 1.0, 1.0));
+        assert_eq!((colours.len(), colours[2 * 3 + 2], colours[4 * 3 + 2]), (5 * 3, 1.0, 1.0));
         let places = of(Semantic::TexCoords(0));
-        assert_eq!(places[2 * 2..4 * 2], [1.0, 0.0, 0.5, 0.0], "V runs downwards in glTF");
+        assert_eq!(places[2 * 2..3 * 2], [1.0, 0.0], "V runs downwards in glTF");
+        assert_eq!(places[4 * 2..5 * 2], [0.5, 0.0], "the further place of the vertex comes last");
         let target = root.meshes[0].primitives[0].targets.as_ref().unwrap()[0].positions.unwrap();
         assert_eq!(floats(&root, binary, target.value()).len(), 5 * 3);
     }
