@@ -31,6 +31,8 @@ pub struct Bust {
 
 /// Faces of the trunk nearer to an upper arm than this in the template pose (m) may be crossed by it.
 const ARM_REACH: f64 = 0.10;
+/// How far below cloth hair can come (m): what is further behind is on its other side, past a hem or a sleeve.
+const CLOTH_DEPTH: f64 = 0.03;
 /// Where a point of the surface is asked whether it can be seen from outside (m above it).
 const JUST_OUTSIDE: f64 = 1e-4;
 
@@ -42,6 +44,8 @@ pub struct Surface {
     tree: TriangleBvh,
     /// Whether each vertex lies on the rim of the surface.
     rim: Arc<[bool]>,
+    /// Deeper than this behind it (m), a point is taken to look past the surface: infinite for skin.
+    deepest: f64,
     /// Whether each face may be crossed by others of the surface; none where that is ruled out.
     crossed: Arc<[bool]>,
 }
@@ -132,7 +136,19 @@ impl Surface {
                 rim[vertex as usize] = true;
             }
         }
-        Self { topology: Arc::clone(topology), x, tree, rim: rim.into(), crossed: Arc::from([]) }
+        Self {
+            topology: Arc::clone(topology),
+            x,
+            tree,
+            rim: rim.into(),
+            crossed: Arc::from([]),
+            deepest: f64::INFINITY,
+        }
+    }
+
+    /// A surface of cloth: open, so that only just behind it a point is below it.
+    pub fn sheet(topology: &Arc<Topology>, x: Vec<Vec3>) -> Self {
+        Self { deepest: CLOTH_DEPTH, ..Self::new(topology, x) }
     }
 
     /// Moves it.
@@ -168,6 +184,7 @@ impl Surface {
         let past = (0..3).all(|i| at.barycentric[i] <= 0.0 || self.rim[face[i] as usize])
             && at.barycentric.iter().any(|&part| part <= 0.0);
         let distance = if past { at.distance } else { signed_distance(&self.topology, &self.x, p, &at) };
+        let distance = if distance < -self.deepest { at.distance } else { distance };
         if self.may_be_crossed(at.face) {
             return Some(self.contact_among_folds(p, at, distance, past));
         }

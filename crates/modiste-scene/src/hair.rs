@@ -102,7 +102,7 @@ impl HairRecorder {
     ) -> Result<Self, SceneError> {
         let clothes = garments.iter().map(|model| {
             let garment = model.garment();
-            Surface::new(&garment.topology, garment.template.clone())
+            Surface::sheet(&garment.topology, garment.template.clone())
         });
         let bust = Bust::new(body.model())?;
         Ok(Self {
