@@ -16,7 +16,7 @@ pub(crate) const GARMENTS: [(&str, usize); 5] =
 /// Bodies of each gender.
 const POPULATION: usize = 1000;
 /// Bodies that each garment is draped over.
-const DRAPED_BODIES: usize = 90;
+const DRAPED_BODIES: usize = 64;
 /// Seeds of the population and of the draped bodies.
 const POPULATION_SEED: u64 = 2012;
 const GARMENT_SEED: u64 = 1;

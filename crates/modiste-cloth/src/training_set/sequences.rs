@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use modiste_body::motion::{RetargetOptions, generate, retarget};
-use modiste_body::{Body, BodyError, Motion};
+use modiste_body::{Body, BodyError, Motion, Part};
 use modiste_core::Progress;
 use modiste_io::bvh;
 
@@ -35,7 +35,7 @@ const fn window(clip: &'static str, first: f64, seconds: f64) -> Window {
 
 /// Captured motion to learn from. Long clips are taken in several stretches: each starts afresh, so that a garment torn in
 /// one is whole in the next.
-pub const TRAINING_CLIPS: [Window; 36] = [
+pub const TRAINING_CLIPS: [Window; 49] = [
     window("walk_02_01", 0.0, 2.8),
     window("walk_07_04", 0.0, 3.7),
     window("walk_08_11", 0.0, 3.0),
@@ -44,6 +44,7 @@ pub const TRAINING_CLIPS: [Window; 36] = [
     window("turn_05_11", 0.0, 4.8),
     window("turn_49_21", 2.0, 4.0),
     window("turn_49_21", 8.0, 3.5),
+    window("turn_49_21", 12.0, 4.0),
     window("dance_05_02", 1.0, 4.0),
     window("dance_05_02", 5.0, 3.5),
     window("dance_05_04", 0.0, 4.0),
@@ -51,12 +52,18 @@ pub const TRAINING_CLIPS: [Window; 36] = [
     window("dance_05_17", 1.0, 4.0),
     window("dance_49_09", 3.0, 4.0),
     window("dance_49_09", 8.0, 4.0),
+    window("dance_49_09", 12.0, 3.9),
     window("dance_60_01", 2.0, 4.0),
     window("dance_60_01", 8.0, 4.0),
+    window("dance_60_01", 15.0, 4.0),
+    window("dance_60_01", 22.0, 4.0),
+    window("dance_60_01", 29.0, 4.0),
     window("head_02_10", 2.0, 4.0),
     window("head_02_10", 9.0, 4.0),
+    window("head_02_10", 15.0, 4.0),
     window("misc_02_05", 2.0, 4.0),
     window("misc_02_05", 7.0, 4.0),
+    window("misc_02_05", 11.0, 4.0),
     window("stretcharms_49_18", 0.0, 4.0),
     window("stretcharms_49_18", 4.0, 4.0),
     window("run_02_03", 0.0, 1.4),
@@ -64,14 +71,40 @@ pub const TRAINING_CLIPS: [Window; 36] = [
     window("run_49_04", 0.0, 2.0),
     window("jump_02_04", 0.0, 3.9),
     window("jump_49_02", 1.0, 4.0),
+    window("jump_49_02", 6.0, 4.0),
+    window("jump_49_02", 12.0, 4.0),
     window("kick_11_01", 1.0, 3.4),
     window("kick_135_04", 2.0, 3.4),
+    window("kick_135_04", 6.5, 3.4),
+    window("kick_135_07", 1.5, 3.4),
+    window("kick_135_07", 6.0, 3.4),
     window("twist_13_29b", 0.0, 5.5),
     window("squat_13_29f", 0.0, 3.2),
+    window("squat_13_29f", 3.2, 3.2),
     window("armcircle_14_14e", 0.0, 4.0),
     window("armcircle_14_14e", 5.0, 4.0),
     window("jumpingjack_13_29a", 0.0, 2.8),
     window("kneeraise_13_30c", 0.0, 2.6),
+];
+
+/// Two stretches that are put together, the root and legs of the first with the trunk, head and arms of the second. In the
+/// clips themselves limbs move together in the ways of a few exercises, so that what a leg does to a hem would be learned of
+/// the arm that always swings with it.
+const MIXED_CLIPS: [[Window; 2]; 14] = [
+    [window("walk_07_04", 0.0, 3.7), window("misc_02_05", 3.0, 3.7)],
+    [window("walk_02_01", 0.0, 2.8), window("dance_49_09", 4.0, 2.8)],
+    [window("walk_32_02", 0.0, 3.6), window("head_02_10", 10.0, 3.6)],
+    [window("walk_16_58", 0.0, 2.8), window("armcircle_14_14e", 1.0, 2.8)],
+    [window("walk_08_11", 0.0, 3.0), window("twist_13_29b", 1.0, 3.0)],
+    [window("squat_13_29f", 1.0, 3.4), window("stretcharms_49_18", 1.0, 3.4)],
+    [window("squat_13_29f", 2.5, 3.4), window("dance_05_04", 4.0, 3.4)],
+    [window("kneeraise_13_30c", 0.5, 3.4), window("dance_05_02", 2.0, 3.4)],
+    [window("kick_11_01", 1.0, 3.4), window("turn_49_21", 8.0, 3.4)],
+    [window("kick_135_04", 3.0, 3.4), window("walk_07_04", 0.0, 3.4)],
+    [window("jump_49_02", 2.0, 3.8), window("dance_60_01", 9.0, 3.8)],
+    [window("dance_60_01", 4.0, 3.8), window("jumpingjack_13_29a", 0.0, 3.8)],
+    [window("dance_05_17", 1.0, 2.8), window("kick_135_07", 3.0, 2.8)],
+    [window("stretcharms_49_18", 3.0, 3.6), window("walk_32_02", 0.0, 3.6)],
 ];
 
 /// Captured motion that no garment learns from.
@@ -119,8 +152,34 @@ pub fn training_sequences(
     }
     if let Some(folder) = mocap {
         sequences.extend(clips(body, folder, &TRAINING_CLIPS, progress)?);
+        sequences.extend(mixed(body, folder, progress)?);
     }
     Ok(sequences)
+}
+
+/// The motions of [`MIXED_CLIPS`] of which both halves are found in `mocap`.
+fn mixed(body: &Body, mocap: &Path, progress: &dyn Progress) -> Result<Vec<Sequence>, TrainingError> {
+    let mut sequences = Vec::new();
+    for halves in &MIXED_CLIPS {
+        let found = clips(body, mocap, halves, progress)?;
+        let [below, above] = found.as_slice() else { continue };
+        let name = format!("mixed_{}+{}", halves[0].clip, halves[1].clip);
+        sequences.push(Sequence { name, motion: mix(&below.motion, &above.motion) });
+    }
+    Ok(sequences)
+}
+
+/// Root and legs of one motion with trunk, head and arms of another, as long as the shorter one.
+fn mix(below: &Motion, above: &Motion) -> Motion {
+    let is_above = |part: Part| std::iter::successors(Some(part), |part| part.parent()).any(|p| p == Part::Abdomen);
+    let frames = below.frames.iter().zip(&above.frames).map(|(below, above)| {
+        let mut pose = below.clone();
+        for part in Part::ALL.into_iter().filter(|&part| is_above(part)) {
+            pose.rotations[part.index()] = above.rotations[part.index()];
+        }
+        pose
+    });
+    Motion { fps: below.fps, frames: frames.collect() }
 }
 
 /// The motions of [`HELD_OUT_CLIPS`] found in `mocap`.
@@ -161,4 +220,27 @@ fn clips(
         sequences.push(Sequence { name, motion });
     }
     Ok(sequences)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::mix;
+    use modiste_body::{Motion, Part, Pose};
+    use modiste_core::Vec3;
+
+    #[test]
+    fn legs_come_from_one_motion_and_arms_from_the_other() {
+        let motion = |turn: f64, frames: usize| {
+            let mut pose = Pose::template(Vec3::new(turn, 1.0, 0.0));
+            pose.rotations.fill(Vec3::new(turn, 0.0, 0.0));
+            Motion { fps: 30.0, frames: vec![pose; frames] }
+        };
+        let mixed = mix(&motion(0.1, 5), &motion(0.2, 3));
+        assert_eq!(mixed.frames.len(), 3);
+        let pose = &mixed.frames[2];
+        let turn = |part: Part| pose.rotations[part.index()].x;
+        assert!((pose.root_translation.x - 0.1).abs() < 1e-12);
+        assert!([Part::Pelvis, Part::LeftThigh, Part::RightFoot].iter().all(|&part| (turn(part) - 0.1).abs() < 1e-12));
+        assert!([Part::Abdomen, Part::Head, Part::RightHand].iter().all(|&part| (turn(part) - 0.2).abs() < 1e-12));
+    }
 }

@@ -24,6 +24,10 @@ pub(super) const TORN: f64 = 0.3;
 /// Stretch (99th percentile) beyond which a frame is no example to learn from.
 const MAX_STRETCH: f64 = 0.08;
 
+/// Frames beside one that is overstretched which are no example either: cloth does not tear from one frame to the next, nor
+/// come back at once.
+const TORN_MARGIN: usize = 5;
+
 /// Fewest frames, lead-in left out, that are worth learning from.
 const SHORTEST_RUN: usize = 12;
 
@@ -63,7 +67,10 @@ impl Simulation {
     /// # Errors
     /// No such run that is long enough.
     pub fn soundest(&self) -> Result<Self, TrainingError> {
-        self.longest_run(|frame| self.stretch[frame] <= MAX_STRETCH && self.inside[frame] == 0)
+        self.longest_run(|frame| {
+            let around = frame.saturating_sub(TORN_MARGIN)..self.stretch.len().min(frame + TORN_MARGIN + 1);
+            self.stretch[around].iter().all(|&stretch| stretch <= MAX_STRETCH) && self.inside[frame] == 0
+        })
     }
 
     /// The longest run of frames that are sound.
@@ -277,7 +284,7 @@ pub(super) fn rotations(motion: &Motion) -> Vec<f32> {
 
 #[cfg(test)]
 mod tests {
-    use super::{LEAD_IN_FRAMES, Simulation};
+    use super::{LEAD_IN_FRAMES, Simulation, TORN_MARGIN};
     use crate::training_set::TrainingError;
     use modiste_body::{Motion, Pose};
     use modiste_core::Vec3;
@@ -301,22 +308,22 @@ mod tests {
         assert_eq!(run.soundest().unwrap().frames.len(), 100);
         run.stretch[90] = 0.1;
         let kept = run.soundest().unwrap();
-        assert_eq!((kept.frames.len(), kept.lead_in), (90, LEAD_IN_FRAMES));
+        assert_eq!((kept.frames.len(), kept.lead_in), (85, LEAD_IN_FRAMES), "not those just before either");
         run.inside[9] = 1;
         let kept = run.soundest().unwrap();
-        assert_eq!((kept.frames.len(), kept.lead_in), (80, LEAD_IN_FRAMES - 10));
+        assert_eq!((kept.frames.len(), kept.lead_in), (75, LEAD_IN_FRAMES - 10));
         assert!((kept.frames[0][0].x - 10.0).abs() < 1e-12);
         assert!((kept.motion.frames[0].root_translation.x - 10.0).abs() < 1e-12);
-        assert_eq!((kept.stretch.len(), kept.inside.len()), (80, 80));
+        assert_eq!((kept.stretch.len(), kept.inside.len()), (75, 75));
         run.inside[40] = 2;
         let kept = run.soundest().unwrap();
-        assert_eq!((kept.frames.len(), kept.lead_in), (49, 0));
+        assert_eq!((kept.frames.len(), kept.lead_in), (44, 0));
     }
 
     #[test]
     fn a_run_that_is_hardly_longer_than_the_lead_in_is_refused() {
         let mut run = simulation(60);
-        run.stretch[LEAD_IN_FRAMES + 5..].fill(0.2);
+        run.stretch[LEAD_IN_FRAMES + 5 + TORN_MARGIN..].fill(0.2);
         assert!(matches!(run.soundest(), Err(TrainingError::Unsound { frames: 5, .. })));
         run.stretch.fill(0.2);
         assert!(matches!(run.soundest(), Err(TrainingError::Unsound { frames: 0, .. })));
