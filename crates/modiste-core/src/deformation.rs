@@ -2,7 +2,7 @@
 
 use crate::components::{connected_components, nearest_link};
 use crate::error::check_size;
-use crate::mesh::{centroid, corners};
+use crate::mesh::{centroid, corners, surface_area};
 use crate::{Mat3, SolveError, SparseCholesky, Topology, Vec3};
 
 /// Per face the matrix `A_t` that takes the edges and the normal of `source` to those of `target` (DRAPE eq. 1).
@@ -38,6 +38,12 @@ fn edge_frame([a, b, c]: [Vec3; 3]) -> Mat3 {
 /// one translation that is left is fixed by the centroid of the vertices.
 #[derive(Debug, Clone)]
 pub struct GradientReconstruction {
+    system: EdgeSystem,
+}
+
+/// Least squares over the edges of all faces, and the ties between components.
+#[derive(Debug, Clone)]
+struct EdgeSystem {
     factor: SparseCholesky,
     edges: Vec<FaceEdges>,
     links: Vec<Link>,
@@ -61,12 +67,13 @@ struct Link {
     faces: Vec<u32>,
 }
 
-impl GradientReconstruction {
-    /// Prefactors the least-squares problem for a template (m).
-    ///
-    /// # Errors
-    /// A template of the wrong length, or with a coordinate that is not finite.
-    pub fn new(topology: &Topology, template: &[Vec3]) -> Result<Self, SolveError> {
+impl EdgeSystem {
+    /// Factors the matrix of the edges plus `diagonal`, which fixes what the edges do not see.
+    fn new(
+        topology: &Topology,
+        template: &[Vec3],
+        diagonal: impl Iterator<Item = (usize, f64)>,
+    ) -> Result<Self, SolveError> {
         let n = topology.vertex_count();
         check_size("vertices of the template", n, template.len())?;
         if n == 0 {
@@ -75,7 +82,7 @@ impl GradientReconstruction {
         if let Some(index) = template.iter().position(|p| !p.is_finite()) {
             return Err(SolveError::NotFinite { what: "the template", index });
         }
-        let mut triplets = Vec::with_capacity(topology.face_count() * 6 + 1);
+        let mut triplets = Vec::with_capacity(topology.face_count() * 6 + n);
         let mut couple = |a: u32, b: u32| {
             let (low, high) = (a.min(b) as usize, a.max(b) as usize);
             triplets.extend([(low, low, 1.0), (high, high, 1.0), (high, low, -1.0)]);
@@ -93,8 +100,7 @@ impl GradientReconstruction {
                 faces: topology.vertex_faces(ends[0] as usize).to_vec(),
             });
         }
-        // Any positive number here pins vertex 0 to the origin exactly: the other terms do not see a translation.
-        triplets.push((0, 0, 1.0));
+        triplets.extend(diagonal.map(|(vertex, weight)| (vertex, vertex, weight)));
         let factor = SparseCholesky::new(n, &triplets)?;
         let place = factor.new_from_old();
         let edges = topology
@@ -111,23 +117,10 @@ impl GradientReconstruction {
         Ok(Self { factor, edges, links })
     }
 
-    /// Number of vertices.
-    pub fn vertex_count(&self) -> usize {
-        self.factor.size()
-    }
-
-    /// Number of faces.
-    pub fn face_count(&self) -> usize {
-        self.edges.len()
-    }
-
-    /// Writes the vertices (m) that fit one gradient per face best, with their centroid at the origin.
-    ///
-    /// # Panics
-    /// If there is not one gradient per face and one place in `out` per vertex.
-    pub fn reconstruct(&self, gradients: &[Mat3], out: &mut [Vec3]) {
-        assert_eq!(gradients.len(), self.face_count(), "one gradient per face");
-        assert_eq!(out.len(), self.vertex_count(), "one place per vertex");
+    /// Writes the right-hand side of the normal equations, in the order of the factor.
+    fn right_side(&self, gradients: &[Mat3], out: &mut [Vec3]) {
+        assert_eq!(gradients.len(), self.edges.len(), "one gradient per face");
+        assert_eq!(out.len(), self.factor.size(), "one place per vertex");
         out.fill(Vec3::ZERO);
         for (face, gradient) in self.edges.iter().zip(gradients) {
             let (first, second) = (*gradient * face.edges[0], *gradient * face.edges[1]);
@@ -145,11 +138,84 @@ impl GradientReconstruction {
             out[link.ends[0] as usize] -= deformed;
             out[link.ends[1] as usize] += deformed;
         }
-        self.factor.solve_points_in_elimination_order(out);
+    }
+}
+
+impl GradientReconstruction {
+    /// Prefactors the least-squares problem for a template (m).
+    ///
+    /// # Errors
+    /// A template of the wrong length, or with a coordinate that is not finite.
+    pub fn new(topology: &Topology, template: &[Vec3]) -> Result<Self, SolveError> {
+        // Any positive number here pins vertex 0 to the origin exactly: the other terms do not see a translation.
+        Ok(Self { system: EdgeSystem::new(topology, template, std::iter::once((0, 1.0)))? })
+    }
+
+    /// Number of vertices.
+    pub fn vertex_count(&self) -> usize {
+        self.system.factor.size()
+    }
+
+    /// Number of faces.
+    pub fn face_count(&self) -> usize {
+        self.system.edges.len()
+    }
+
+    /// Writes the vertices (m) that fit one gradient per face best, with their centroid at the origin.
+    ///
+    /// # Panics
+    /// If there is not one gradient per face and one place in `out` per vertex.
+    pub fn reconstruct(&self, gradients: &[Mat3], out: &mut [Vec3]) {
+        self.system.right_side(gradients, out);
+        self.system.factor.solve_points_in_elimination_order(out);
         let centre = centroid(out);
         for vertex in out {
             *vertex -= centre;
         }
+    }
+}
+
+/// The mesh whose edges match given deformation gradients and whose vertices lie near given places, prefactored.
+///
+/// Minimises `sum_t sum_k |A_t Δx_tk - Δy_tk|² + w sum_v |y_v - p_v|²`: a screened form of [`GradientReconstruction`]. What
+/// is wider than `length` follows the places p, what is finer the gradients A; so small errors of gradients no longer add
+/// up to large ones of places far from where the mesh is held.
+#[derive(Debug, Clone)]
+pub struct ScreenedReconstruction {
+    system: EdgeSystem,
+    weight: f64,
+}
+
+impl ScreenedReconstruction {
+    /// Prefactors the problem for a template (m), with the length (m) between coarse and fine.
+    ///
+    /// The edges of a regular mesh of edge length h act as `-2h²` times the Laplacian, so `w = 2h²/length²`; h is that of
+    /// equilateral triangles of the template's mean area.
+    ///
+    /// # Errors
+    /// As [`GradientReconstruction::new`], a length that is not positive, or a template without area.
+    pub fn new(topology: &Topology, template: &[Vec3], length: f64) -> Result<Self, SolveError> {
+        check_size("vertices of the template", topology.vertex_count(), template.len())?;
+        let area = surface_area(topology, template) / topology.face_count().max(1) as f64;
+        let weight = 2.0 * (4.0 / 3.0f64.sqrt()) * area / (length * length);
+        if !(weight.is_finite() && weight > 0.0) {
+            return Err(SolveError::NotFinite { what: "the weight of the places", index: 0 });
+        }
+        let diagonal = (0..topology.vertex_count()).map(|vertex| (vertex, weight));
+        Ok(Self { system: EdgeSystem::new(topology, template, diagonal)?, weight })
+    }
+
+    /// Writes the vertices (m) for one gradient per face and one place (m) per vertex.
+    ///
+    /// # Panics
+    /// If there is not one gradient per face, and one place and one vertex in `out` per vertex.
+    pub fn reconstruct(&self, gradients: &[Mat3], places: &[Vec3], out: &mut [Vec3]) {
+        assert_eq!(places.len(), out.len(), "one place per vertex");
+        self.system.right_side(gradients, out);
+        for (&at, place) in self.system.factor.new_from_old().iter().zip(places) {
+            out[at as usize] += self.weight * *place;
+        }
+        self.system.factor.solve_points_in_elimination_order(out);
     }
 }
 
@@ -167,7 +233,7 @@ fn component_links(topology: &Topology, template: &[Vec3]) -> Vec<[u32; 2]> {
 mod tests {
     use proptest::prelude::*;
 
-    use super::{GradientReconstruction, deformation_gradients};
+    use super::{GradientReconstruction, ScreenedReconstruction, deformation_gradients};
     use crate::mesh::centroid;
     use crate::shapes::{grid, icosphere};
     use crate::{
@@ -222,6 +288,36 @@ mod tests {
             solver.reconstruct(&gradients, &mut out);
             assert!(largest_distance(&out, &centred(&target)) < 1e-11);
         }
+    }
+
+    #[test]
+    fn coarse_shape_comes_from_the_places_and_fine_shape_from_the_gradients() {
+        let mesh = grid(41, 41);
+        let extent = mesh.vertices.iter().fold(0.0f64, |most, x| most.max(x.x)) - mesh.vertices[0].x;
+        let wave = |x: Vec3, count: f64, height: f64| height * (count * std::f64::consts::TAU * x.x / extent).sin();
+        let raised = |wide: f64, fine: f64| -> Vec<Vec3> {
+            let up = |x: &Vec3| *x + Vec3::Z * (wave(*x, 1.0, wide) + wave(*x, 8.0, fine));
+            mesh.vertices.iter().map(up).collect()
+        };
+        let (size, solver) =
+            (0.1 * extent, |length| ScreenedReconstruction::new(&mesh.topology, &mesh.vertices, length));
+        let truth = raised(size, 0.5 * size);
+        // Places without the fine waves, gradients without the wide one.
+        let places = raised(size, 0.0);
+        let gradients = deformation_gradients(&mesh.topology, &mesh.vertices, &raised(0.0, 0.5 * size));
+        let error = |length: f64| {
+            let mut out = vec![Vec3::ZERO; truth.len()];
+            solver(length).unwrap().reconstruct(&gradients, &places, &mut out);
+            out.iter().zip(&truth).map(|(a, b)| a.distance(*b)).sum::<f64>() / truth.len() as f64
+        };
+        let [short, between, long] = [0.002, 0.05, 2.0].map(|length| error(length * extent));
+        assert!(short > 2.5 * between && long > 2.5 * between, "{short} {between} {long}");
+        // Where both agree nothing is lost at any length.
+        let gradients = deformation_gradients(&mesh.topology, &mesh.vertices, &truth);
+        let mut out = vec![Vec3::ZERO; truth.len()];
+        solver(0.3 * extent).unwrap().reconstruct(&gradients, &truth, &mut out);
+        assert!(largest_distance(&out, &truth) < 1e-10);
+        assert!(solver(0.0).is_err() && solver(f64::NAN).is_err());
     }
 
     #[test]

@@ -7,7 +7,7 @@
 //! | what | where |
 //! |---|---|
 //! | meshes | [`Topology`], [`Mesh`], [`vertex_normals`], [`volume`], [`mean_curvature`], [`connected_components`], [`boundary_loops`], [`shapes`] |
-//! | deformation gradients (DRAPE eq. 1 and 3) | [`deformation_gradients`], [`GradientReconstruction`] |
+//! | deformation gradients (DRAPE eq. 1 and 3) | [`deformation_gradients`], [`GradientReconstruction`], [`ScreenedReconstruction`] |
 //! | nearest point, ray, inside, crossing | [`TriangleBvh`], [`signed_distance()`], [`closest_point_on_triangle`], [`deepest_on_triangle`], [`triangle_separation`] |
 //! | distances along the surface | [`geodesic_distances`] |
 //! | slices and girths | [`slice_by_plane`], [`chain_segments`], [`convex_hull_2d`], [`polygon_perimeter`] |
@@ -65,7 +65,7 @@ pub use components::{boundary_loops, connected_components};
 pub use conjugate_gradients::{BlockSystem, CgReport};
 pub use curvature::mean_curvature;
 pub use deepest::{Sounding, deepest_on_triangle};
-pub use deformation::{GradientReconstruction, deformation_gradients};
+pub use deformation::{GradientReconstruction, ScreenedReconstruction, deformation_gradients};
 pub use dense::{Matrix, ThinSvd, largest_eigenvalue_magnitude, ridge, solve_spd, symmetric_eigen, thin_svd};
 pub use error::SolveError;
 pub use geodesic::geodesic_distances;

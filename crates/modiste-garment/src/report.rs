@@ -80,7 +80,7 @@ pub fn evaluate_sequence(
     sequence.motion.frames.first().into_iter().for_each(|pose| posed_body(pose, &mut body));
     let start = |kind| Ok::<_, GarmentError>(Synthesis::new(model.clone(), shape, body.len())?.with_wrinkles(kind));
     let (mut dynamic, mut fixed) = (start(Wrinkles::Dynamic)?, start(Wrinkles::Static)?);
-    let mut projection = shape.is_empty().then(|| Projection::new(model.clone()));
+    let mut projection = shape.is_empty().then(|| Projection::new(model.clone(), body.len())).transpose()?;
     let mut report = SequenceReport {
         name: sequence.name.clone(),
         garment: model.garment().name.clone(),

@@ -10,7 +10,14 @@ use crate::GarmentError;
 /// Weights below this are dropped.
 const FAINT: f64 = 0.01;
 
-/// The parts that each face follows: its own where `width` (m) is 0, as in the paper, otherwise the parts around it, by
+/// The parts that faces and vertices follow.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PartBlend {
+    pub(crate) faces: RotationBlend,
+    pub(crate) vertices: RotationBlend,
+}
+
+/// The parts that each face and vertex follows: its own where `width` (m) is 0, as in the paper, otherwise the parts around it, by
 /// what is left of each part's cloth after it has spread like heat over `width`.
 ///
 /// One implicit step of the heat equation, `(M + width² L) w = M w₀`, with lumped areas M and the cotangent Laplacian L of
@@ -18,12 +25,17 @@ const FAINT: f64 = 0.01;
 ///
 /// # Errors
 /// A template whose system cannot be solved.
-pub(crate) fn blend_parts(garment: &Garment, width: f64) -> Result<RotationBlend, GarmentError> {
-    if !(width > 0.0) {
-        return Ok(RotationBlend::rigid(&garment.face_parts));
-    }
+pub(crate) fn blend_parts(garment: &Garment, width: f64) -> Result<PartBlend, GarmentError> {
     let (topology, x) = (&garment.topology, &garment.template);
     let count = topology.vertex_count();
+    if !(width > 0.0) {
+        let shares = |vertex: usize| Part::ALL.map(|part| share(garment, vertex, part));
+        let vertices: Vec<_> = (0..count).map(shares).collect();
+        return Ok(PartBlend {
+            faces: RotationBlend::rigid(&garment.face_parts),
+            vertices: RotationBlend::from_part_weights(&vertices, FAINT),
+        });
+    }
     // Vertices that no face uses must not make the matrix singular.
     let areas: Vec<f64> =
         vertex_areas(topology, x).into_iter().map(|area| area.max(f64::MIN_POSITIVE.sqrt())).collect();
@@ -40,19 +52,31 @@ pub(crate) fn blend_parts(garment: &Garment, width: f64) -> Result<RotationBlend
     }
     let heat = SparseCholesky::new(count, &triplets).map_err(GarmentError::solve("blending of part rotations"))?;
     let mut of_faces = vec![[0.0; Part::COUNT]; topology.face_count()];
+    let mut of_vertices = vec![[0.0; Part::COUNT]; count];
     for part in Part::ALL.into_iter().filter(|part| garment.face_parts.contains(part)) {
         let mut weights = vec![0.0; count];
         for (vertex, weight) in weights.iter_mut().enumerate() {
-            let around = topology.vertex_faces(vertex);
-            let own = around.iter().filter(|&&face| garment.face_parts[face as usize] == part).count();
-            *weight = areas[vertex] * own as f64 / around.len().max(1) as f64;
+            *weight = areas[vertex] * share(garment, vertex, part);
         }
         heat.solve(&mut weights);
+        for (vertex, weight) in of_vertices.iter_mut().zip(&weights) {
+            vertex[part.index()] = *weight;
+        }
         for (face, corners) in of_faces.iter_mut().zip(topology.faces()) {
             face[part.index()] = corners.iter().map(|&v| weights[v as usize]).sum::<f64>() / 3.0;
         }
     }
-    Ok(RotationBlend::from_part_weights(&of_faces, FAINT))
+    Ok(PartBlend {
+        faces: RotationBlend::from_part_weights(&of_faces, FAINT),
+        vertices: RotationBlend::from_part_weights(&of_vertices, FAINT),
+    })
+}
+
+/// The share of the faces around a vertex that follow a part.
+fn share(garment: &Garment, vertex: usize, part: Part) -> f64 {
+    let around = garment.topology.vertex_faces(vertex);
+    let own = around.iter().filter(|&&face| garment.face_parts[face as usize] == part).count();
+    own as f64 / around.len().max(1) as f64
 }
 
 #[cfg(test)]
@@ -70,7 +94,7 @@ mod tests {
         quaternions[Part::Chest.index()] = Quat::from_axis_angle(Vec3::X, 1.0);
         let matrices = quaternions.map(Mat3::from_quat);
         let largest_jump = |width: f64| {
-            let blend = blend_parts(&garment, width).unwrap();
+            let blend = blend_parts(&garment, width).unwrap().faces;
             let angle = |face: u32| {
                 let axis = blend.rotation(face as usize, &quaternions, &matrices) * Vec3::Y;
                 axis.z.atan2(axis.y)
@@ -85,7 +109,7 @@ mod tests {
     #[test]
     fn far_from_a_border_a_face_follows_its_own_part() {
         let garment = training_set().garment;
-        let blend = blend_parts(&garment, 0.02).unwrap();
+        let blend = blend_parts(&garment, 0.02).unwrap().faces;
         let mut quaternions = [Quat::IDENTITY; Part::COUNT];
         quaternions[Part::Chest.index()] = Quat::from_axis_angle(Vec3::X, 1.0);
         let matrices = quaternions.map(Mat3::from_quat);

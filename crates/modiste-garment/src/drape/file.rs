@@ -11,7 +11,7 @@ use modiste_io::model::{Header, ModelFile, Writer};
 
 use super::basis::GradientBasis;
 use super::blend::blend_parts;
-use super::drift::Drift;
+use super::coarse::{CoarseModel, CoarseParts, KernelRegression, MotionInputs};
 use super::dynamics::Dynamics;
 use super::features::{InputOptions, PoseInputs};
 use super::gradient::{PER_FACE, TangentFrames};
@@ -27,7 +27,7 @@ pub const KIND: &str = "garment";
 
 /// Version of what a garment's file holds, in the attribute of this name; files of before have none.
 const VERSION: &str = "garment_version";
-const CURRENT: &str = "2";
+const CURRENT: &str = "3";
 
 /// Name of the attribute with the number of vertices that were asked for.
 const VERTEX_COUNT: &str = "vertex_count";
@@ -71,8 +71,9 @@ impl DrapeModel {
         let offsets = &shape.offset_regression;
         writer.add_f64("anchor_offset", &[offsets.rows, offsets.cols], offsets.data.clone());
         add_space(&mut writer, "wrinkle", (&wrinkle.mean, &wrinkle.basis), &wrinkle.std_devs, wrinkle.total_variance);
-        let drift = &self.drift.regression;
-        writer.add_f64("anchor_drift", &[drift.rows, drift.cols], drift.data.clone());
+        if let Some(coarse) = &self.coarse {
+            add_coarse(&mut writer, coarse);
+        }
         writer.add_f64("wrinkle_held_out_loss", &[1], vec![wrinkle.held_out_loss]);
         writer.add_u8("pose_parts", &[dynamics.inputs.parts().len()], part_bytes(dynamics.inputs.parts()));
         if let Some(kernel) = dynamics.inputs.kernel() {
@@ -105,6 +106,10 @@ impl DrapeModel {
             ("patterns", wrinkle.basis.rest().count()),
             ("pose_parts", dynamics.inputs.parts().len()),
             ("pose_centres", dynamics.inputs.kernel().map_or(0, PoseKernel::count)),
+            ("coarse", self.coarse.as_ref().map_or(0, CoarseModel::count)),
+            ("coarse_parts", self.coarse.as_ref().map_or(0, |coarse| coarse.inputs.parts().len())),
+            ("coarse_centres", self.coarse.as_ref().map_or(0, |coarse| coarse.dynamic.centres.rows)),
+            ("coarse_static_centres", self.coarse.as_ref().map_or(0, |coarse| coarse.fixed.centres.rows)),
         ];
         let attributes = [
             (VERSION, CURRENT.to_owned()),
@@ -190,13 +195,15 @@ impl DrapeModel {
             held_out_loss: file.f64("wrinkle_held_out_loss", &[1])?[0],
             frames,
             blend_width,
-            blend,
+            blend: blend.faces,
             mean,
             basis,
             std_devs,
             total_variance,
         };
-        let drift = Drift { regression: matrix(file, "anchor_drift", wrinkles + 1, 3)? };
+        let coarse = read_coarse(file, name, &garment)?
+            .map(|parts| CoarseModel::assemble(&garment, blend.vertices, parts))
+            .transpose()?;
         let dynamics = read_dynamics(file, name, wrinkles)?;
         let fps = parsed(file, name, "fps", "a positive number", |&fps: &f64| fps.is_finite() && fps > 0.0)?;
         let header = file.header();
@@ -210,7 +217,7 @@ impl DrapeModel {
             licence: header.licence.clone(),
             command: header.command.clone(),
         };
-        let mut model = Self::assemble(garment, shape, (wrinkle, drift), dynamics, fps, provenance)?;
+        let mut model = Self::assemble(garment, shape, (wrinkle, coarse), dynamics, fps, provenance)?;
         if let Some(text) = header.attributes.get(EVALUATION) {
             let wrong = |error: serde_json::Error| {
                 attribute_error(name, EVALUATION, "the figures of an evaluation", &error.to_string())
@@ -272,6 +279,73 @@ fn read_space(
     Ok((mean, basis, std_devs, total_variance))
 }
 
+/// Names of the regressions of the coarse deformation: from all inputs, and from the pose alone.
+const REGRESSIONS: [&str; 2] = ["coarse", "coarse_static"];
+
+fn add_coarse(writer: &mut Writer<'_>, coarse: &CoarseModel) {
+    let basis = &coarse.basis;
+    writer.add_f32("coarse_mean", &[coarse.mean.len()], coarse.mean.clone());
+    writer.add_f32("coarse_move_scales", &[basis.count()], basis.scales().to_vec());
+    writer.add_i8("coarse_moves", &[basis.count(), basis.dimensions()], basis.values().to_vec());
+    writer.add_u8("coarse_parts", &[coarse.inputs.parts().len()], part_bytes(coarse.inputs.parts()));
+    writer.add_f64("coarse_length", &[1], vec![coarse.length]);
+    writer.add_f64("coarse_held_out_error", &[1], vec![coarse.held_out_error]);
+    let single = |matrix: &Matrix| matrix.data.iter().map(|&value| value as f32).collect::<Vec<_>>();
+    for (name, regression) in REGRESSIONS.into_iter().zip([&coarse.dynamic, &coarse.fixed]) {
+        let KernelRegression { centres, reach, weights, mean } = regression;
+        writer.add_f32(&format!("{name}_centres"), &[centres.rows, centres.cols], single(centres));
+        writer.add_f64(&format!("{name}_reach"), &[1], vec![*reach]);
+        writer.add_f32(&format!("{name}_weights"), &[weights.rows, weights.cols], single(weights));
+        writer.add_f64(&format!("{name}_offset"), &[mean.len()], mean.clone());
+    }
+}
+
+/// `None` for the model of the paper.
+fn read_coarse(file: &ModelFile, name: &str, garment: &Garment) -> Result<Option<CoarseParts>, GarmentError> {
+    let count = file.dimension("coarse")?;
+    if count == 0 {
+        return Ok(None);
+    }
+    let width = 3 * garment.topology.vertex_count();
+    let scales = file.f32("coarse_move_scales", &[count])?;
+    let basis = QuantisedBasis::from_parts(scales, file.i8("coarse_moves", &[count, width])?, width)
+        .map_err(|error| IoError::field(name, "tensor \"coarse_moves\"", "a basis", error))?;
+    let inputs = MotionInputs::of(read_parts(file, name, "coarse_parts", file.dimension("coarse_parts")?)?);
+    let length = positive(file, name, "coarse_length")?;
+    let regression = |prefix: &str, input_count: usize| {
+        let centre_count = file.dimension(&format!("{prefix}_centres"))?;
+        let matrix = |tensor: &str, rows: usize, cols: usize| {
+            let values = file.f32(&format!("{prefix}_{tensor}"), &[rows, cols])?;
+            Ok::<_, GarmentError>(Matrix { rows, cols, data: values.into_iter().map(f64::from).collect() })
+        };
+        let reach = positive(file, name, &format!("{prefix}_reach"))?;
+        Ok::<_, GarmentError>(KernelRegression {
+            centres: matrix("centres", centre_count, input_count)?,
+            weights: matrix("weights", centre_count, count)?,
+            mean: file.f64(&format!("{prefix}_offset"), &[count])?,
+            reach,
+        })
+    };
+    Ok(Some(CoarseParts {
+        mean: file.f32("coarse_mean", &[width])?,
+        basis,
+        dynamic: regression(REGRESSIONS[0], inputs.count())?,
+        fixed: regression(REGRESSIONS[1], inputs.pose_count())?,
+        inputs,
+        length,
+        held_out_error: file.f64("coarse_held_out_error", &[1])?[0],
+    }))
+}
+
+/// A tensor of one positive number.
+fn positive(file: &ModelFile, name: &str, tensor: &str) -> Result<f64, GarmentError> {
+    let value = file.f64(tensor, &[1])?[0];
+    if value.is_finite() && value > 0.0 {
+        return Ok(value);
+    }
+    Err(IoError::field(name, format!("tensor \"{tensor}\""), "a positive number", value).into())
+}
+
 fn read_garment(file: &ModelFile, name: &str) -> Result<Garment, GarmentError> {
     let (vertices, faces) = (file.dimension("vertices")?, file.dimension("faces")?);
     let corners = file.u32("faces", &[faces, 3])?;
@@ -327,11 +401,7 @@ fn read_dynamics(file: &ModelFile, name: &str, wrinkles: usize) -> Result<Dynami
         0 => None,
         centres => {
             let centres = matrix(file, "pose_centres", centres, plain.plain_count())?;
-            let reach = file.f64("pose_reach", &[1])?[0];
-            if !(reach.is_finite() && reach > 0.0) {
-                return Err(IoError::field(name, "tensor \"pose_reach\"", "a positive number", reach).into());
-            }
-            Some(PoseKernel::new(centres, reach)?)
+            Some(PoseKernel::new(centres, positive(file, name, "pose_reach")?)?)
         }
     };
     let inputs = PoseInputs::from_parts(plain.parts().to_vec(), options, kernel);

@@ -2,7 +2,7 @@
 
 mod basis;
 mod blend;
-mod drift;
+mod coarse;
 mod dynamics;
 mod dynamics_training;
 mod features;
@@ -22,6 +22,7 @@ mod tests;
 mod training_set;
 mod wrinkle;
 
+pub use coarse::CoarseOptions;
 pub use dynamics::{Dynamics, DynamicsState};
 pub use dynamics_training::{DynamicsOptions, DynamicsTraining, learn as learn_dynamics};
 pub use features::{InputOptions, PoseInputs};

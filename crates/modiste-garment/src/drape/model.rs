@@ -2,15 +2,19 @@
 
 use std::borrow::Cow;
 
-use modiste_core::{GradientReconstruction, Progress};
+use modiste_body::Pose;
+use modiste_core::{GradientReconstruction, Mat3, Progress, Vec3};
 
-use super::drift::Drift;
+use super::blend::blend_parts;
+use super::coarse::{CoarseModel, CoarseOptions};
 use super::dynamics::Dynamics;
 use super::dynamics_training::{DynamicsOptions, DynamicsTraining, learn};
 use super::mirror::Mirror;
 use super::shape::{ShapeModel, ShapeOptions};
+use super::synthesis::Fitting;
 use super::training_set::{Garment, PoseSequence, TrainingSet, clips};
 use super::wrinkle::{WrinkleModel, WrinkleOptions};
+use crate::refine::anchors::offset;
 use crate::{Evaluation, GarmentError};
 
 /// How a garment is learned.
@@ -22,6 +26,8 @@ pub struct TrainOptions {
     pub wrinkle: WrinkleOptions,
     /// The dynamics of the wrinkles.
     pub dynamics: DynamicsOptions,
+    /// Where the cloth as a whole goes.
+    pub coarse: CoarseOptions,
     /// Does not learn from the mirror images of the motions too.
     pub one_sided: bool,
 }
@@ -47,7 +53,8 @@ pub struct DrapeModel {
     pub(crate) garment: Garment,
     pub(crate) shape: ShapeModel,
     pub(crate) wrinkle: WrinkleModel,
-    pub(crate) drift: Drift,
+    /// `None` is the paper.
+    pub(crate) coarse: Option<CoarseModel>,
     pub(crate) dynamics: Dynamics,
     pub(crate) fps: f64,
     pub(crate) ease: f64,
@@ -56,6 +63,11 @@ pub struct DrapeModel {
     /// What it was measured to be worth, if it was.
     pub evaluation: Option<Evaluation>,
     pub(crate) reconstruction: GradientReconstruction,
+}
+
+fn reconstruction(garment: &Garment) -> Result<GradientReconstruction, GarmentError> {
+    GradientReconstruction::new(&garment.topology, &garment.template)
+        .map_err(GarmentError::solve("reconstruction matrix"))
 }
 
 /// The motions of a set, and after them their mirror images if the garment has two like sides.
@@ -77,16 +89,28 @@ impl DrapeModel {
     ) -> Result<(Self, DynamicsTraining), GarmentError> {
         set.check()?;
         let stage = format!("learn {} {}", set.garment.gender.name(), set.garment.name);
-        progress.start(&stage, 3);
+        progress.start(&stage, 4);
         let shape = ShapeModel::train(&set.garment, &set.shapes, &options.shape)?;
         progress.advance(&stage, 1);
         let sequences = if options.one_sided { Cow::Borrowed(&set.sequences[..]) } else { with_mirror_images(set) };
-        let (wrinkle, coefficients) = WrinkleModel::train(&set.garment, &sequences, &options.wrinkle)?;
+        let blend = blend_parts(&set.garment, options.wrinkle.blend_width)?;
+        let (wrinkle, coefficients) = WrinkleModel::train(&set.garment, blend.faces, &sequences, &options.wrinkle)?;
         progress.advance(&stage, 2);
         let motions: Vec<_> = clips(&sequences).zip(sequences.iter().map(|sequence| &sequence.motion)).collect();
         let (mut dynamics, training) = learn(&set.garment.face_parts, &motions, &coefficients, &options.dynamics)?;
-        let rest = shape.predict_offset(&[], 0.0);
-        let drift = Drift::train(&set.garment, &sequences, &coefficients, wrinkle.std_devs(), rest)?;
+        progress.advance(&stage, 3);
+        let coarse = if options.coarse.count > 0 {
+            let reconstruction = reconstruction(&set.garment)?;
+            let fitting = Fitting::new(&set.garment, &shape, &wrinkle, (&[], 0.0));
+            let reference = |pose: &Pose, anchors: &[Vec3], out: &mut [Vec3]| {
+                let to_anchors = |x: &[Vec3]| -offset(&set.garment.anchors, x, anchors);
+                let mut gradients = vec![Mat3::IDENTITY; set.garment.topology.face_count()];
+                fitting.write_reference((&wrinkle, &reconstruction), (pose, &to_anchors), &mut gradients, out);
+            };
+            Some(CoarseModel::train(&set.garment, blend.vertices, &sequences, &options.coarse, &reference)?)
+        } else {
+            None
+        };
         if options.dynamics.max_amplitude > 1.0 {
             dynamics.amplify(&wrinkle.fine_gains());
         }
@@ -102,7 +126,7 @@ impl DrapeModel {
             vertex_count: set.vertex_count,
             ..Provenance::default()
         };
-        let model = Self::assemble(set.garment.clone(), shape, (wrinkle, drift), dynamics, set.fps(), provenance)?;
+        let model = Self::assemble(set.garment.clone(), shape, (wrinkle, coarse), dynamics, set.fps(), provenance)?;
         progress.finish(&stage);
         Ok((model, training))
     }
@@ -111,20 +135,19 @@ impl DrapeModel {
     pub(crate) fn assemble(
         garment: Garment,
         shape: ShapeModel,
-        (wrinkle, drift): (WrinkleModel, Drift),
+        (wrinkle, coarse): (WrinkleModel, Option<CoarseModel>),
         mut dynamics: Dynamics,
         fps: f64,
         provenance: Provenance,
     ) -> Result<Self, GarmentError> {
         garment.check()?;
         dynamics.limit_to(wrinkle.std_devs());
-        let reconstruction = GradientReconstruction::new(&garment.topology, &garment.template)
-            .map_err(GarmentError::solve("reconstruction matrix"))?;
+        let reconstruction = reconstruction(&garment)?;
         Ok(Self {
             garment,
             shape,
             wrinkle,
-            drift,
+            coarse,
             dynamics,
             fps,
             ease: 0.0,
@@ -175,6 +198,12 @@ impl DrapeModel {
     /// Wrinkles from motion.
     pub fn dynamics(&self) -> &Dynamics {
         &self.dynamics
+    }
+
+    /// Part of the variance of the coarse deformation on held-out motions that its regression misses; `None` where there is
+    /// no coarse deformation.
+    pub fn coarse_held_out_error(&self) -> Option<f64> {
+        self.coarse.as_ref().map(|coarse| coarse.held_out_error)
     }
 
     /// Frames a second of the motions that it was learned from; it must be run at the same rate.

@@ -46,12 +46,7 @@ impl PoseKernel {
                 *distance = distance.min(squared_distance(pose, &poses[farthest]));
             }
         }
-        let stride = poses.len().div_ceil(PAIRS);
-        let some = || poses.iter().step_by(stride);
-        let mut between: Vec<f64> =
-            some().enumerate().flat_map(|(i, a)| some().take(i).map(|b| squared_distance(a, b))).collect();
-        between.sort_by(f64::total_cmp);
-        let median = between.get(between.len() / 2).copied().unwrap_or(0.0);
+        let median = median_squared_distance(poses);
         let rows: Vec<&[f64]> = chosen.iter().map(|&index| poses[index].as_slice()).collect();
         // Poses that are all alike leave no distance to measure by; then one centre is all there is.
         Self::new(Matrix::from_rows(&rows), if median > 0.0 { REACH * median } else { 1.0 })
@@ -97,11 +92,22 @@ impl PoseKernel {
     }
 }
 
-fn near(a: &[f64], b: &[f64], reach: f64) -> f64 {
+/// The median squared distance between some of the poses, evenly spread.
+pub(crate) fn median_squared_distance<R: AsRef<[f64]>>(poses: &[R]) -> f64 {
+    let stride = poses.len().div_ceil(PAIRS).max(1);
+    let some = || poses.iter().step_by(stride).map(AsRef::as_ref);
+    let mut between: Vec<f64> =
+        some().enumerate().flat_map(|(i, a)| some().take(i).map(|b| squared_distance(a, b))).collect();
+    between.sort_by(f64::total_cmp);
+    between.get(between.len() / 2).copied().unwrap_or(0.0)
+}
+
+/// The kernel: 1 where `a` is `b`, 1/e at a squared distance of `reach`.
+pub(crate) fn near(a: &[f64], b: &[f64], reach: f64) -> f64 {
     (-squared_distance(a, b) / reach).exp()
 }
 
-fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn squared_distance(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
 

@@ -3,11 +3,15 @@
 use std::sync::Arc;
 
 use modiste_body::{Part, Pose};
-use modiste_core::{Mat3, Vec3};
+use modiste_core::{GradientReconstruction, Mat3, Vec3};
 
 use super::basis::BasisScratch;
+use super::coarse::{CoarseModel, MotionState};
 use super::dynamics::DynamicsState;
 use super::model::DrapeModel;
+use super::shape::ShapeModel;
+use super::training_set::Garment;
+use super::wrinkle::WrinkleModel;
 use crate::GarmentError;
 use crate::refine::anchors::translation;
 
@@ -21,22 +25,97 @@ pub enum Wrinkles {
     Static,
 }
 
+/// What of the garment is constant for one body.
+#[derive(Debug, Clone)]
+pub(crate) struct Fitting {
+    /// D of each face, to vectors in its tangent frame.
+    shape_deformations: Vec<Mat3>,
+    /// How far (m) the anchors lie from those of the body in the template pose, seen from the part that they follow.
+    offset: Vec3,
+    anchor_part: Part,
+}
+
+impl Fitting {
+    /// For a body of this shape, and this ease.
+    pub(crate) fn new(
+        garment: &Garment,
+        shape: &ShapeModel,
+        wrinkle: &WrinkleModel,
+        (body, ease): (&[f64], f64),
+    ) -> Self {
+        let mut shape_deformations = shape.gradients(&shape.predict(body, ease));
+        wrinkle.frames.clone().into_tangents(&mut shape_deformations);
+        Self { shape_deformations, offset: shape.predict_offset(body, ease), anchor_part: garment.anchor_part() }
+    }
+
+    /// Moves a garment to its place, from the way to the anchors of the body.
+    fn place(&self, pose: &Pose, to_anchors: Vec3, vertices: &mut [Vec3]) {
+        let shift = to_anchors + pose.world_rotations()[self.anchor_part.index()] * self.offset;
+        vertices.iter_mut().for_each(|vertex| *vertex += shift);
+    }
+
+    /// Writes the vertices (m, world) of the garment with mean wrinkles, which the coarse deformation starts from.
+    /// `to_anchors` is the way from the anchors of a garment to those of the body, `gradients` is written over.
+    pub(crate) fn write_reference(
+        &self,
+        (wrinkle, reconstruction): (&WrinkleModel, &GradientReconstruction),
+        (pose, to_anchors): (&Pose, &dyn Fn(&[Vec3]) -> Vec3),
+        gradients: &mut [Mat3],
+        out: &mut [Vec3],
+    ) {
+        wrinkle.compose(pose, &self.shape_deformations, &wrinkle.mean, gradients);
+        reconstruction.reconstruct(gradients, out);
+        self.place(pose, to_anchors(out), out);
+    }
+}
+
 /// Makes the garment for one body shape. Holds what is constant for the body, the state of the dynamics, and all memory
 /// that a frame needs.
 #[derive(Debug, Clone)]
 pub struct Synthesis {
     model: Arc<DrapeModel>,
     kind: Wrinkles,
-    /// D of each face, to vectors in its tangent frame.
-    shape_deformations: Vec<Mat3>,
-    /// How far (m) the anchors lie from those of the body in the template pose, seen from the part that they follow.
-    offset: Vec3,
-    anchor_part: Part,
+    is_plain: bool,
+    fitting: Fitting,
     state: DynamicsState,
     wrinkles: Vec<f32>,
     scratch: BasisScratch,
     gradients: Vec<Mat3>,
     vertices: Vec<Vec3>,
+    course: Option<Course>,
+}
+
+/// The state of the coarse deformation, and its memory.
+#[derive(Debug, Clone)]
+struct Course {
+    state: MotionState,
+    inputs: Vec<f64>,
+    coefficients: Vec<f64>,
+    scratch: Vec<f32>,
+    places: Vec<Vec3>,
+}
+
+impl Course {
+    fn new(coarse: &CoarseModel, vertex_count: usize) -> Self {
+        Self {
+            state: coarse.inputs.start(),
+            inputs: vec![0.0; coarse.inputs.count()],
+            coefficients: vec![0.0; coarse.count()],
+            scratch: Vec::new(),
+            places: vec![Vec3::ZERO; vertex_count],
+        }
+    }
+
+    /// Foretells κ of the next frame.
+    fn step(&mut self, coarse: &CoarseModel, kind: Wrinkles, pose: &Pose) {
+        coarse.inputs.step(&mut self.state, pose, &mut self.inputs);
+        match kind {
+            Wrinkles::Dynamic => coarse.dynamic.predict(&self.inputs, &mut self.coefficients),
+            Wrinkles::Static => {
+                coarse.fixed.predict(&self.inputs[..coarse.inputs.pose_count()], &mut self.coefficients);
+            }
+        }
+    }
 }
 
 impl Synthesis {
@@ -53,18 +132,18 @@ impl Synthesis {
             let wanted = format!("more than {largest} vertices, for the anchors of {}", model.garment.name);
             return Err(GarmentError::data("body", wanted, body_vertex_count));
         }
-        let mut shape_deformations = model.shape.gradients(&model.shape.predict(shape, model.ease));
-        model.wrinkle.frames.clone().into_tangents(&mut shape_deformations);
+        let fitting = Fitting::new(&model.garment, &model.shape, &model.wrinkle, (shape, model.ease));
+        let vertex_count = model.garment.template.len();
         Ok(Self {
             kind: Wrinkles::default(),
-            offset: model.shape.predict_offset(shape, model.ease),
-            anchor_part: model.garment.anchor_part(),
+            is_plain: false,
             state: model.dynamics.start(),
             wrinkles: vec![0.0; model.wrinkle.mean.len()],
             scratch: BasisScratch::default(),
-            gradients: vec![Mat3::IDENTITY; shape_deformations.len()],
-            vertices: vec![Vec3::ZERO; model.garment.template.len()],
-            shape_deformations,
+            gradients: vec![Mat3::IDENTITY; fitting.shape_deformations.len()],
+            vertices: vec![Vec3::ZERO; vertex_count],
+            course: model.coarse.as_ref().map(|coarse| Course::new(coarse, vertex_count)),
+            fitting,
             model,
         })
     }
@@ -76,6 +155,13 @@ impl Synthesis {
         self
     }
 
+    /// The paper's model alone: gradients placed by the anchors, without the coarse deformation.
+    #[must_use]
+    pub fn plain(mut self) -> Self {
+        self.is_plain = true;
+        self
+    }
+
     /// The model.
     pub fn model(&self) -> &Arc<DrapeModel> {
         &self.model
@@ -84,6 +170,9 @@ impl Synthesis {
     /// Forgets the past: the next frame is the first.
     pub fn restart(&mut self) {
         self.state = self.model.dynamics.start();
+        if let (Some(course), Some(coarse)) = (&mut self.course, &self.model.coarse) {
+            course.state = coarse.inputs.start();
+        }
     }
 
     /// The garment's vertices (m, world) in the next frame; `body` are the vertices of the posed body. Frames follow each
@@ -95,26 +184,34 @@ impl Synthesis {
             Wrinkles::Static => model.dynamics.step_static(&mut self.state, pose),
         };
         model.wrinkle.expand(coefficients, &mut self.scratch, &mut self.wrinkles);
-        let drift = model.drift.of(coefficients);
-        self.finish(pose, body, drift)
+        if let (Some(course), Some(coarse)) = (&mut self.course, &model.coarse) {
+            course.step(coarse, self.kind, pose);
+        }
+        self.finish(pose, body)
     }
 
-    /// The garment with given wrinkles.
-    fn build(&mut self, pose: &Pose, body: &[Vec3], coefficients: &[f64]) -> &[Vec3] {
-        self.model.wrinkle.expand(coefficients, &mut self.scratch, &mut self.wrinkles);
-        let drift = self.model.drift.of(coefficients);
-        self.finish(pose, body, drift)
-    }
-
-    /// The vertices, from the expanded wrinkles and the way that the anchors go with them.
-    fn finish(&mut self, pose: &Pose, body: &[Vec3], drift: Vec3) -> &[Vec3] {
-        let model = &self.model;
-        model.wrinkle.compose(pose, &self.shape_deformations, &self.wrinkles, &mut self.gradients);
-        model.reconstruction.reconstruct(&self.gradients, &mut self.vertices);
-        let offset = pose.world_rotations()[self.anchor_part.index()] * (self.offset + drift);
-        let shift = translation(&model.garment.anchors, &self.vertices, body) + offset;
-        for vertex in &mut self.vertices {
-            *vertex += shift;
+    /// The vertices, from the expanded wrinkles and κ.
+    fn finish(&mut self, pose: &Pose, body: &[Vec3]) -> &[Vec3] {
+        let Self { model, fitting, gradients, vertices, .. } = self;
+        let to_anchors = |x: &[Vec3]| translation(&model.garment.anchors, x, body);
+        match (&mut self.course, &model.coarse) {
+            (Some(course), Some(coarse)) if !self.is_plain => {
+                fitting.write_reference(
+                    (&model.wrinkle, &model.reconstruction),
+                    (pose, &to_anchors),
+                    gradients,
+                    &mut course.places,
+                );
+                coarse.displace(pose, &course.coefficients, &mut course.scratch, &mut course.places);
+                model.wrinkle.compose(pose, &fitting.shape_deformations, &self.wrinkles, gradients);
+                coarse.reconstruct(gradients, &course.places, vertices);
+            }
+            _ => {
+                model.wrinkle.compose(pose, &fitting.shape_deformations, &self.wrinkles, gradients);
+                model.reconstruction.reconstruct(gradients, vertices);
+                let way = to_anchors(vertices);
+                fitting.place(pose, way, vertices);
+            }
         }
         &self.vertices
     }
@@ -133,24 +230,21 @@ pub struct Projection {
 }
 
 impl Projection {
-    /// For the mean body, on which wrinkles are learned.
-    pub fn new(model: Arc<DrapeModel>) -> Self {
-        let mut shape_deformations = vec![Mat3::IDENTITY; model.garment.topology.face_count()];
-        model.wrinkle.frames.clone().into_tangents(&mut shape_deformations);
+    /// For the mean body, on which wrinkles are learned, and its number of vertices.
+    ///
+    /// # Errors
+    /// As [`Synthesis::new`].
+    pub fn new(model: Arc<DrapeModel>, body_vertex_count: usize) -> Result<Self, GarmentError> {
         let basis = model.wrinkle.basis.to_f32();
-        let synthesis = Synthesis {
-            kind: Wrinkles::default(),
-            offset: model.shape.predict_offset(&[], 0.0),
-            anchor_part: model.garment.anchor_part(),
-            state: model.dynamics.start(),
-            wrinkles: vec![0.0; model.wrinkle.mean.len()],
-            scratch: BasisScratch::default(),
-            gradients: shape_deformations.clone(),
-            vertices: vec![Vec3::ZERO; model.garment.template.len()],
-            shape_deformations,
-            model,
-        };
-        Self { synthesis, basis }
+        let mut synthesis = Synthesis::new(model, &[], body_vertex_count)?;
+        // Wrinkles are gradients from the template itself.
+        let count = synthesis.fitting.shape_deformations.len();
+        let mut unchanged = vec![Mat3::IDENTITY; count];
+        synthesis.model.wrinkle.frames.clone().into_tangents(&mut unchanged);
+        if synthesis.model.coarse.is_none() {
+            synthesis.fitting.shape_deformations = unchanged;
+        }
+        Ok(Self { synthesis, basis })
     }
 
     /// The garment with the wrinkles that `truth` (m) has in this pose, as far as they lie in the learned space.
@@ -163,6 +257,14 @@ impl Projection {
             numbers.map(|((b, q), mean)| f64::from(*b) * (f64::from(*q) - f64::from(*mean))).sum::<f64>()
         };
         let coefficients: Vec<f64> = rows.map(along).collect();
-        self.synthesis.build(pose, body, &coefficients)
+        let Synthesis { model, fitting, course, gradients, wrinkles, scratch, .. } = &mut self.synthesis;
+        model.wrinkle.expand(&coefficients, scratch, wrinkles);
+        if let (Some(course), Some(coarse)) = (course, &model.coarse) {
+            let to_anchors = |x: &[Vec3]| translation(&model.garment.anchors, x, body);
+            let learned = (&model.wrinkle, &model.reconstruction);
+            fitting.write_reference(learned, (pose, &to_anchors), gradients, &mut course.places);
+            course.coefficients = coarse.coefficients_of(pose, &course.places, truth);
+        }
+        self.synthesis.finish(pose, body)
     }
 }

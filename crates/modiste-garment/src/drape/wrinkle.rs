@@ -6,7 +6,6 @@ use modiste_core::{Mat3, Pca, Quat, Vec3, deformation_gradients};
 use rayon::prelude::*;
 
 use super::basis::{BasisScratch, GradientBasis};
-use super::blend::blend_parts;
 use super::gradient::{PER_FACE, TangentFrames, area_weights, gradient_of_tangents};
 use super::training_set::{Garment, PoseSequence, clips};
 use crate::GarmentError;
@@ -72,16 +71,16 @@ fn thinned<'a>(sequences: impl Iterator<Item = &'a Vec<Vec<f32>>>, most: usize) 
 }
 
 impl WrinkleModel {
-    /// Learns the space from frames of all sequences, and returns it with the coefficients of every frame of every sequence.
+    /// Learns the space from frames of all sequences, whose faces follow the parts of `blend`, and returns it with the coefficients of every frame of every sequence.
     ///
     /// # Errors
     /// Fewer than two frames, or a solve that fails.
     pub fn train(
         garment: &Garment,
+        blend: RotationBlend,
         sequences: &[PoseSequence],
         options: &WrinkleOptions,
     ) -> Result<(Self, Vec<Vec<Vec<f64>>>), GarmentError> {
-        let blend = blend_parts(garment, options.blend_width)?;
         let frames = TangentFrames::new(&garment.topology, &garment.template);
         let rows: Vec<Vec<Vec<f32>>> =
             sequences.iter().map(|sequence| sequence_rows(garment, &blend, &frames, sequence)).collect();
