@@ -1,9 +1,9 @@
 //! The `modiste` command: words in, a [`Job`], and its events on the terminal.
 
-mod arguments;
-mod hair;
+mod commands;
 mod progress;
 mod results;
+mod words;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -12,7 +12,7 @@ use anyhow::Context;
 use clap::Parser;
 use modiste::Outcome;
 
-use arguments::Arguments;
+use commands::Arguments;
 use progress::Display;
 
 fn main() -> ExitCode {

@@ -73,7 +73,21 @@ pub struct AnimatedMesh<'a> {
     pub double_sided: bool,
 }
 
-impl AnimatedMesh<'_> {
+impl<'a> AnimatedMesh<'a> {
+    /// White, matt and seen from outside: for forms that keep no looks.
+    pub fn plain(name: &'a str, faces: &'a [[u32; 3]], frames: &'a dyn FrameSource) -> Self {
+        Self {
+            name,
+            faces,
+            frames,
+            uv: None,
+            vertex_colours: None,
+            colour: [1.0; 4],
+            roughness: 1.0,
+            double_sided: false,
+        }
+    }
+
     /// Number of vertices.
     pub fn vertex_count(&self) -> usize {
         self.frames.vertex_count(0)

@@ -206,16 +206,7 @@ mod tests {
         let faces = [[0, 1, 2]];
         let body: Vec<Vec<[f32; 3]>> = (0..4).map(|frame| vec![[frame as f32, 0.0, 0.5]; 3]).collect();
         let shirt: Vec<Vec<[f32; 3]>> = vec![vec![[1.0; 3]; 5]; 4];
-        let mesh = |name, frames| AnimatedMesh {
-            name,
-            faces: &faces,
-            frames,
-            uv: None,
-            vertex_colours: None,
-            colour: [1.0; 4],
-            roughness: 1.0,
-            double_sided: false,
-        };
+        let mesh = |name, frames| AnimatedMesh::plain(name, &faces, frames);
         write(&path, 30.0, &[mesh("body", &body), mesh("tshirt", &shirt)]).unwrap();
         let reader = Reader::open(&path).unwrap();
         assert_eq!(reader.names(), ["body", "body_faces", "fps", "tshirt", "tshirt_faces"]);

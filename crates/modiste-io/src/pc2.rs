@@ -127,16 +127,7 @@ mod tests {
     }
 
     fn mesh(frames: &Frames) -> AnimatedMesh<'_> {
-        AnimatedMesh {
-            name: "a",
-            faces: &[[0, 1, 2]],
-            frames,
-            uv: None,
-            vertex_colours: None,
-            colour: [1.0; 4],
-            roughness: 1.0,
-            double_sided: false,
-        }
+        AnimatedMesh::plain("a", &[[0, 1, 2]], frames)
     }
 
     fn bytes() -> Vec<u8> {

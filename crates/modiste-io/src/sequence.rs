@@ -338,17 +338,7 @@ mod tests {
             .save(path("npz/a.npz"))
             .unwrap();
         let single: Vec<Vec<[f32; 3]>> = points().chunks(3).map(<[_]>::to_vec).collect();
-        let mesh = AnimatedMesh {
-            name: "a",
-            faces: &FACES,
-            frames: &single,
-            uv: None,
-            vertex_colours: None,
-            colour: [1.0; 4],
-            roughness: 1.0,
-            double_sided: false,
-        };
-        pc2::write(path("pc2/a.pc2"), &mesh).unwrap();
+        pc2::write(path("pc2/a.pc2"), &AnimatedMesh::plain("a", &FACES, &single)).unwrap();
         for (index, frame) in frames().iter().enumerate() {
             obj::write(path(&format!("obj/a_{index}.obj")), frame, &FACES).unwrap();
         }

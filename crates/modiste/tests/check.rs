@@ -1,6 +1,7 @@
 //! Results judged, and crowds made, through the front door.
 
 use modiste::{Check, Crowd, Dress, Format, Job, Length, Outcome, run};
+use modiste_io::animated::AnimatedMesh;
 use modiste_io::dressed;
 
 fn checked(file: &std::path::Path) -> modiste::check::CheckReport {
@@ -39,16 +40,7 @@ fn a_dressed_result_is_judged_and_a_shrunk_shirt_is_found() {
         .meshes
         .iter()
         .zip(&frames)
-        .map(|(mesh, frames)| modiste_io::animated::AnimatedMesh {
-            name: &mesh.name,
-            faces: &mesh.faces,
-            frames,
-            uv: None,
-            vertex_colours: None,
-            colour: [1.0; 4],
-            roughness: 1.0,
-            double_sided: true,
-        })
+        .map(|(mesh, frames)| AnimatedMesh::plain(&mesh.name, &mesh.faces, frames))
         .collect();
     let narrow = folder.path().join("narrow.npz");
     dressed::write(&narrow, contents.fps, &meshes).unwrap();

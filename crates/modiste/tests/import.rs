@@ -166,7 +166,9 @@ impl Truth {
         for (name, cloth, bodies) in self.sequences() {
             for (kind, frames) in [("sims", &cloth[..]), ("bodies", bodies)] {
                 let single = |frame: &Vec<Vec3>| frame.iter().map(|x| x.as_vec3().to_array()).collect();
-                write_cache(&folder.join(format!("{kind}/{name}.pc2")), &moved(frames).iter().map(single).collect());
+                let frames: Vec<Vec<[f32; 3]>> = moved(frames).iter().map(single).collect();
+                let mesh = AnimatedMesh::plain("points", &[[0, 1, 2]], &frames);
+                pc2::write(folder.join(format!("{kind}/{name}.pc2")), &mesh).unwrap();
             }
         }
         let template = moved(std::slice::from_ref(&self.set.garment.template)).remove(0);
@@ -205,21 +207,6 @@ impl Truth {
 
 fn flat(frames: &[Vec<Vec3>]) -> Vec<[f32; 3]> {
     frames.iter().flatten().map(|x| x.as_vec3().to_array()).collect()
-}
-
-/// Writes frames as a point cache.
-fn write_cache(path: &Path, frames: &Vec<Vec<[f32; 3]>>) {
-    let mesh = AnimatedMesh {
-        name: "points",
-        faces: &[[0, 1, 2]],
-        frames,
-        uv: None,
-        vertex_colours: None,
-        colour: [1.0; 4],
-        roughness: 1.0,
-        double_sided: false,
-    };
-    pc2::write(path, &mesh).unwrap();
 }
 
 fn near(a: &[Vec3], b: &[Vec3], what: &str) {

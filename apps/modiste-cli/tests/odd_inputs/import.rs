@@ -59,21 +59,6 @@ static WHOLE: LazyLock<Scene> = LazyLock::new(|| {
     Scene(sequences)
 });
 
-/// Writes frames as a point cache.
-fn write_cache(path: &Path, frames: &Vec<Vec<[f32; 3]>>) {
-    let mesh = AnimatedMesh {
-        name: "points",
-        faces: &[[0, 1, 2]],
-        frames,
-        uv: None,
-        vertex_colours: None,
-        colour: [1.0; 4],
-        roughness: 1.0,
-        double_sided: false,
-    };
-    pc2::write(path, &mesh).unwrap();
-}
-
 /// Turned about the vertical (rad).
 fn turned(points: &Points, angle: f32) -> Points {
     let (sin, cos) = angle.sin_cos();
@@ -227,7 +212,7 @@ fn caches() -> Vec<Case> {
             for sequence in &WHOLE.0 {
                 let path = folder.join(format!("sims/{}.pc2", sequence.name));
                 std::fs::remove_file(path.with_extension("npz")).unwrap();
-                write_cache(&path, &sequence.cloth);
+                pc2::write(&path, &AnimatedMesh::plain("points", &[[0, 1, 2]], &sequence.cloth)).unwrap();
             }
             let path = folder.join("sims/turn.pc2");
             let bytes = damage(std::fs::read(&path).unwrap());

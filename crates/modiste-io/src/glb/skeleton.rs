@@ -379,16 +379,7 @@ mod tests {
                 bar.iter().map(place).collect()
             })
             .collect();
-        let mesh = AnimatedMesh {
-            name: "bar",
-            faces: &[],
-            frames: &frames,
-            uv: None,
-            vertex_colours: None,
-            colour: [1.0; 4],
-            roughness: 1.0,
-            double_sided: false,
-        };
+        let mesh = AnimatedMesh::plain("bar", &[], &frames);
         let skeleton = Skeleton::find(&[&mesh], 2).unwrap();
         assert_eq!(skeleton.bones.len(), 2);
         let influences = skeleton.influences(&frames).unwrap();

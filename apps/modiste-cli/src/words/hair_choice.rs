@@ -1,0 +1,34 @@
+//! The words for how hair is worn.
+
+use clap::Args;
+use modiste::{HairChoice, WindDirection};
+
+use super::wind;
+
+/// How hair is worn by somebody who is dressed.
+#[derive(Debug, Args)]
+pub(crate) struct HairArguments {
+    /// Hair: the name of a model that ships, or a model file.
+    #[arg(long, value_name = "NAME")]
+    hair: Option<String>,
+    /// Length factor: 0 is the shortest that was learned, 1 the longest.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "hair", allow_hyphen_values = true)]
+    hair_length: f64,
+    /// Softness factor: 0 is stiff, 1 soft.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "hair", allow_hyphen_values = true)]
+    hair_softness: f64,
+    /// Wind: its strength and where it blows to, seen from the person: +z ahead, +x to their left.
+    #[arg(long, value_name = "STRENGTH,DIRECTION", value_parser = wind, requires = "hair")]
+    wind: Option<(f64, WindDirection)>,
+}
+
+impl HairArguments {
+    pub(crate) fn choice(&self) -> Option<HairChoice> {
+        Some(HairChoice {
+            model: self.hair.clone()?,
+            length: [self.hair_length; 2],
+            softness: [self.hair_softness; 2],
+            wind: self.wind,
+        })
+    }
+}

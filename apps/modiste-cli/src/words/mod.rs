@@ -1,0 +1,15 @@
+//! Words that several commands share.
+
+mod body_choice;
+mod formats;
+mod gender;
+mod hair_choice;
+mod sources;
+mod wind;
+
+pub(crate) use body_choice::BodyArguments;
+pub(crate) use formats::{FormatName, formats};
+pub(crate) use gender::GenderName;
+pub(crate) use hair_choice::HairArguments;
+pub(crate) use sources::{SourceArguments, sources};
+pub(crate) use wind::wind;
