@@ -41,6 +41,9 @@ pub struct MotionFigures {
     pub error: f64,
     /// The same without dynamics.
     pub static_error: f64,
+    /// The same by the paper's model alone: with dynamics, without the coarse deformation.
+    #[serde(default)]
+    pub plain_error: f64,
     /// Mean curvature (1/m) of physics, with dynamics and without.
     pub curvature: [f64; 3],
 }
@@ -54,6 +57,7 @@ impl MotionFigures {
             frames: report.dynamic.error.len(),
             error: report.dynamic.mean_error(),
             static_error: report.fixed.mean_error(),
+            plain_error: report.plain.mean_error(),
             curvature: [&report.physics, &report.dynamic, &report.fixed].map(|figures| figures.mean_curvature()),
         }
     }
@@ -68,6 +72,9 @@ pub struct MeanFigures {
     pub error: f64,
     /// The same without dynamics.
     pub static_error: f64,
+    /// The same by the paper's model alone.
+    #[serde(default)]
+    pub plain_error: f64,
     /// Mean curvature as a share of that of physics, with dynamics.
     pub curvature_ratio: f64,
     /// The same without dynamics.
@@ -86,6 +93,7 @@ impl MeanFigures {
             frames,
             error: mean(&|m| m.error),
             static_error: mean(&|m| m.static_error),
+            plain_error: mean(&|m| m.plain_error),
             curvature_ratio: mean(&|m| m.curvature[1]) / physics,
             static_curvature_ratio: mean(&|m| m.curvature[2]) / physics,
         }
@@ -104,11 +112,13 @@ mod tests {
             frames,
             error,
             static_error: 2.0 * error,
+            plain_error: 3.0 * error,
             curvature,
         };
         let mean = MeanFigures::over(&[motion(30, 0.01, [10.0, 9.0, 5.0]), motion(10, 0.03, [20.0, 20.0, 10.0])]);
         assert_eq!(mean.frames, 40);
         assert!((mean.error - 0.015).abs() < 1e-12 && (mean.static_error - 0.03).abs() < 1e-12);
+        assert!((mean.plain_error - 0.045).abs() < 1e-12);
         assert!((mean.curvature_ratio - 47.0 / 50.0).abs() < 1e-12);
         assert!((mean.static_curvature_ratio - 0.5).abs() < 1e-12);
         assert_eq!(MeanFigures::over(&[]).frames, 0);

@@ -33,6 +33,9 @@ pub struct SequenceReport {
     pub dynamic: SequenceFigures,
     /// Without dynamics.
     pub fixed: SequenceFigures,
+    /// By the paper's model alone: with dynamics, without the coarse deformation.
+    #[serde(default)]
+    pub plain: SequenceFigures,
     /// With the wrinkles of the simulation projected on the learned space: what perfect dynamics would give.
     pub projected: SequenceFigures,
 }
@@ -80,6 +83,7 @@ pub fn evaluate_sequence(
     sequence.motion.frames.first().into_iter().for_each(|pose| posed_body(pose, &mut body));
     let start = |kind| Ok::<_, GarmentError>(Synthesis::new(model.clone(), shape, body.len())?.with_wrinkles(kind));
     let (mut dynamic, mut fixed) = (start(Wrinkles::Dynamic)?, start(Wrinkles::Static)?);
+    let mut plain = start(Wrinkles::Dynamic)?.plain();
     let mut projection = shape.is_empty().then(|| Projection::new(model.clone(), body.len())).transpose()?;
     let mut report = SequenceReport {
         name: sequence.name.clone(),
@@ -94,6 +98,7 @@ pub fn evaluate_sequence(
         let made = [
             Some((dynamic.step(pose, &body), &mut report.dynamic)),
             Some((fixed.step(pose, &body), &mut report.fixed)),
+            Some((plain.step(pose, &body), &mut report.plain)),
             projected,
         ];
         for (made, figures) in made.into_iter().flatten() {

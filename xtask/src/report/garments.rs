@@ -61,8 +61,10 @@ pub(super) fn measure() -> Result<Page> {
             "shape, left out (mm)",
             "mean body, dynamic (mm)",
             "static (mm)",
+            "paper's model (mm)",
             "other bodies, dynamic (mm)",
             "static (mm)",
+            "paper's model (mm)",
             "curvature ratio",
             "on other bodies",
             "φ",
@@ -113,7 +115,7 @@ fn claim(page: &mut Page, garment: &str, found: &EvaluatedGarment) {
     page.at_most(&format!("{name}: spectral radius of the dynamics"), found.evaluation.spectral_radius, 1.0, "");
 }
 
-fn describe(found: &EvaluatedGarment) -> [String; 13] {
+fn describe(found: &EvaluatedGarment) -> [String; 15] {
     let millimetres = |metres: f64| rounded(1e3 * metres);
     let (mean, other, all) = (found.mean_body, found.other_bodies, &found.evaluation);
     [
@@ -121,8 +123,10 @@ fn describe(found: &EvaluatedGarment) -> [String; 13] {
         shape_error(found).map_or_else(|| "–".to_owned(), rounded),
         millimetres(mean.error),
         millimetres(mean.static_error),
+        millimetres(mean.plain_error),
         millimetres(other.error),
         millimetres(other.static_error),
+        millimetres(other.plain_error),
         rounded(mean.curvature_ratio),
         rounded(other.curvature_ratio),
         all.garment_shape_count.to_string(),

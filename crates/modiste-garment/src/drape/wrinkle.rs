@@ -63,11 +63,18 @@ const MOST_FRAMES: usize = 3000;
 /// The same for the space that shows what is lost of clips that are held out.
 const MOST_FRAMES_HELD_OUT: usize = 1500;
 
-/// Frames of some sequences, evenly thinned so that no more than `most` are left.
-fn thinned<'a>(sequences: impl Iterator<Item = &'a Vec<Vec<f32>>>, most: usize) -> Vec<&'a [f32]> {
-    let all: Vec<&[f32]> = sequences.flatten().map(Vec::as_slice).collect();
+/// Q of frames of some sequences as flat rows, evenly thinned so that there are no more than `most`. The rows of all frames
+/// together would not fit into memory at the paper's resolution.
+fn thinned<'a>(
+    garment: &Garment,
+    (blend, frames): (&RotationBlend, &TangentFrames),
+    sequences: impl Iterator<Item = &'a PoseSequence>,
+    most: usize,
+) -> Vec<Vec<f32>> {
+    let all: Vec<_> = sequences.flat_map(|sequence| sequence.motion.frames.iter().zip(&sequence.frames)).collect();
     let stride = all.len().div_ceil(most).max(1);
-    all.into_iter().step_by(stride).collect()
+    let chosen: Vec<_> = all.into_iter().step_by(stride).collect();
+    chosen.par_iter().map(|(pose, x)| frames.flatten(&wrinkle_gradients(garment, blend, pose, x))).collect()
 }
 
 impl WrinkleModel {
@@ -82,9 +89,8 @@ impl WrinkleModel {
         options: &WrinkleOptions,
     ) -> Result<(Self, Vec<Vec<Vec<f64>>>), GarmentError> {
         let frames = TangentFrames::new(&garment.topology, &garment.template);
-        let rows: Vec<Vec<Vec<f32>>> =
-            sequences.iter().map(|sequence| sequence_rows(garment, &blend, &frames, sequence)).collect();
-        let samples = thinned(rows.iter(), MOST_FRAMES);
+        let samples = thinned(garment, (&blend, &frames), sequences.iter(), MOST_FRAMES);
+        let samples: Vec<&[f32]> = samples.iter().map(Vec::as_slice).collect();
         if samples.len() < 2 {
             return Err(GarmentError::data("pose training set", "at least 2 frames", samples.len()));
         }
@@ -95,13 +101,22 @@ impl WrinkleModel {
         let count = enough(&pca.std_devs, options.variance * pca.total_variance, options.min_count);
         pca.std_devs.truncate(count);
         pca.basis.truncate(count * pca.dimensions());
-        let coefficients: Vec<Vec<Vec<f64>>> =
-            rows.iter().map(|rows| rows.par_iter().map(|row| pca.project(row)).collect()).collect();
+        let project =
+            |(pose, x): (&Pose, &Vec<Vec3>)| pca.project(&frames.flatten(&wrinkle_gradients(garment, &blend, pose, x)));
+        let coefficients: Vec<Vec<Vec<f64>>> = sequences
+            .iter()
+            .map(|sequence| sequence.motion.frames.par_iter().zip(&sequence.frames).map(project).collect())
+            .collect();
         let mesh = (garment.topology.as_ref(), garment.template.as_slice());
         let basis = GradientBasis::new(mesh, &pca.basis, &pca.std_devs, options.pattern_count)
             .map_err(GarmentError::solve("basis of wrinkles"))?;
         let clips: Vec<usize> = clips(sequences).collect();
-        let held_out_loss = held_out_loss(&rows, &clips, &weights, count)?;
+        let some = |held_out: bool| {
+            let is_held_out = |clip: usize| clip % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1;
+            let chosen = sequences.iter().zip(&clips).filter(move |(_, clip)| is_held_out(**clip) == held_out);
+            thinned(garment, (&blend, &frames), chosen.map(|(sequence, _)| sequence), MOST_FRAMES_HELD_OUT)
+        };
+        let held_out_loss = held_out_loss([some(false), some(true)], &weights, count)?;
         let model = Self {
             held_out_loss,
             frames,
@@ -169,21 +184,13 @@ impl WrinkleModel {
 }
 
 /// See [`WrinkleModel::held_out_loss`]. 0 where there are too few sequences to hold any out.
-fn held_out_loss(rows: &[Vec<Vec<f32>>], clips: &[usize], weights: &[f32], count: usize) -> Result<f64, GarmentError> {
-    if clips.iter().max().is_none_or(|&last| last + 1 < HELD_OUT_STRIDE) {
+fn held_out_loss([kept, held_out]: [Vec<Vec<f32>>; 2], weights: &[f32], count: usize) -> Result<f64, GarmentError> {
+    if kept.len() < 2 || held_out.is_empty() {
         return Ok(0.0);
     }
-    let is_held_out = |sequence: usize| clips[sequence] % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1;
-    let of = |held_out: bool| {
-        let chosen = rows.iter().enumerate().filter(move |(sequence, _)| is_held_out(*sequence) == held_out);
-        thinned(chosen.map(|(_, rows)| rows), MOST_FRAMES_HELD_OUT)
-    };
-    let kept = of(false);
-    if kept.len() < 2 {
-        return Ok(0.0);
-    }
+    let kept: Vec<&[f32]> = kept.iter().map(Vec::as_slice).collect();
     let pca = Pca::fit_weighted(&kept, weights, count).map_err(GarmentError::solve("PCA of wrinkles"))?;
-    let parts: Vec<[f64; 2]> = of(true)
+    let parts: Vec<[f64; 2]> = held_out
         .par_iter()
         .map(|row| {
             let weight = |at: usize| weights.get(at).map_or(1.0, |&weight| f64::from(weight));
@@ -204,21 +211,6 @@ fn enough(std_devs: &[f64], wanted: f64, min_count: usize) -> usize {
         sum >= wanted
     });
     reached.map_or(std_devs.len(), |last| last + 1).max(min_count).min(std_devs.len())
-}
-
-/// Q of every frame of a sequence as flat rows.
-pub(crate) fn sequence_rows(
-    garment: &Garment,
-    blend: &RotationBlend,
-    frames: &TangentFrames,
-    sequence: &PoseSequence,
-) -> Vec<Vec<f32>> {
-    let poses = &sequence.motion.frames;
-    poses
-        .par_iter()
-        .zip(&sequence.frames)
-        .map(|(pose, vertices)| frames.flatten(&wrinkle_gradients(garment, blend, pose, vertices)))
-        .collect()
 }
 
 /// Q of each face of one frame on the mean body, whose D is the identity.
