@@ -73,6 +73,7 @@ impl Adjacency {
     }
 
     /// The items of one row.
+    #[inline]
     pub fn row(&self, row: usize) -> &[u32] {
         &self.items[self.starts[row] as usize..self.starts[row + 1] as usize]
     }
@@ -132,16 +133,19 @@ impl Topology {
     }
 
     /// Number of vertices.
+    #[inline]
     pub fn vertex_count(&self) -> usize {
         self.vertex_count
     }
 
     /// Number of triangles.
+    #[inline]
     pub fn face_count(&self) -> usize {
         self.faces.len()
     }
 
     /// The triangles, counter-clockwise seen from outside.
+    #[inline]
     pub fn faces(&self) -> &[[u32; 3]] {
         &self.faces
     }
@@ -152,11 +156,13 @@ impl Topology {
     }
 
     /// Vertices joined to `vertex` by an edge.
+    #[inline]
     pub fn neighbours(&self, vertex: usize) -> &[u32] {
         self.neighbours.row(vertex)
     }
 
     /// Faces that touch `vertex`.
+    #[inline]
     pub fn vertex_faces(&self, vertex: usize) -> &[u32] {
         self.vertex_faces.row(vertex)
     }

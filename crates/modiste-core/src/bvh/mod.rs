@@ -115,6 +115,17 @@ impl Node {
     }
 }
 
+/// The lesser of two numbers by a single comparison; what is no number never is. `min` costs three instructions.
+#[inline(always)]
+fn lesser<T: PartialOrd>(a: T, b: T) -> T {
+    if b < a { b } else { a }
+}
+
+#[inline(always)]
+fn greater<T: PartialOrd>(a: T, b: T) -> T {
+    if b > a { b } else { a }
+}
+
 impl TriangleBvh {
     /// Builds the tree over all faces.
     pub fn new(topology: &Topology, x: &[Vec3]) -> Self {
@@ -159,18 +170,19 @@ impl TriangleBvh {
                         let node = self.nodes[child];
                         for axis in 0..3 {
                             let (low, high) = (node.low[axis], node.high[axis]);
-                            self.nodes[index].low[axis][slot] = low.into_iter().fold(f32::INFINITY, f32::min);
-                            self.nodes[index].high[axis][slot] = high.into_iter().fold(f32::NEG_INFINITY, f32::max);
+                            self.nodes[index].low[axis][slot] = low.into_iter().fold(f32::INFINITY, lesser);
+                            self.nodes[index].high[axis][slot] = high.into_iter().fold(f32::NEG_INFINITY, greater);
                         }
                     }
                     ChildKind::Leaf(first, count) => {
                         let corners = &self.corners[first..first + count];
-                        let mut bounds = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+                        let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
                         for vertex in corners.iter().flatten() {
-                            let p = x[*vertex as usize];
-                            bounds = (bounds.0.min(p), bounds.1.max(p));
+                            let p = x[*vertex as usize].to_array();
+                            low = [0, 1, 2].map(|axis| lesser(low[axis], p[axis]));
+                            high = [0, 1, 2].map(|axis| greater(high[axis], p[axis]));
                         }
-                        self.nodes[index].set_box(slot, bounds);
+                        self.nodes[index].set_box(slot, (Vec3::from_array(low), Vec3::from_array(high)));
                     }
                 }
             }

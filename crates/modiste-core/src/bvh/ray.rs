@@ -59,15 +59,15 @@ impl TriangleBvh {
     /// Calls `visit` for the places of faces whose boxes the ray meets within its reach, which `visit` returns anew.
     #[inline(always)]
     fn along_ray(&self, origin: Vec3, direction: Vec3, mut reach: f64, mut visit: impl FnMut(usize, f64) -> f64) {
-        let inverse = direction.recip();
-        let rounding = self.rounding(origin);
+        let ray = BoxRay::new(origin, direction, self.rounding(origin));
         let mut stack = [0u32; STACK];
         let mut depth = 1;
         while depth > 0 {
             depth -= 1;
             let node = &self.nodes[stack[depth] as usize];
+            let entries = ray.entries(node, reach);
             for slot in 0..WIDTH {
-                if !meets_box(node, slot, origin, inverse, rounding, reach) {
+                if entries[slot] == f32::INFINITY {
                     continue;
                 }
                 match node.children[slot].kind() {
@@ -90,24 +90,58 @@ impl TriangleBvh {
 /// A reach in which nothing is met.
 const STOP: f64 = -1.0;
 
-/// Slab test.
-fn meets_box(node: &Node, slot: usize, origin: Vec3, inverse: Vec3, rounding: f64, reach: f64) -> bool {
-    let (mut enter, mut leave) = (0.0f64, reach);
-    for axis in 0..3 {
-        let low = f64::from(node.low[axis][slot]) - rounding - origin[axis];
-        let high = f64::from(node.high[axis][slot]) + rounding - origin[axis];
-        if inverse[axis].is_infinite() {
-            // Along the slab: zero times infinity would not be a number.
-            if low > 0.0 || high < 0.0 {
-                return false;
-            }
-            continue;
+/// Largest of the inverse of a direction: along a slab, zero times infinity would not be a number.
+const LARGEST_INVERSE: f64 = 1e20;
+
+/// Share by which the far side of a box is taken to be further away, more than f32 rounds in three operations.
+const FURTHER: f32 = 1.0 + 4.0 * f32::EPSILON;
+
+/// A ray in f32, for boxes: it meets all that it would meet in f64, and now and then a box that it just misses.
+struct BoxRay {
+    origin: [f32; 3],
+    inverse: [f32; 3],
+    /// Rounding of origin and boxes (m).
+    rounding: f32,
+}
+
+impl BoxRay {
+    fn new(origin: Vec3, direction: Vec3, rounding: f64) -> Self {
+        let inverse = direction.to_array().map(|along| {
+            let inverse = along.recip();
+            if inverse.abs() < LARGEST_INVERSE { inverse } else { LARGEST_INVERSE.copysign(along) }
+        });
+        Self {
+            origin: origin.as_vec3().to_array(),
+            inverse: inverse.map(|inverse| inverse as f32),
+            rounding: (rounding as f32).next_up(),
         }
-        let (low, high) = (low * inverse[axis], high * inverse[axis]);
-        enter = enter.max(low.min(high));
-        leave = leave.min(low.max(high));
     }
-    enter <= leave
+
+    /// Where the ray enters the box of each child, in lengths of its direction; infinite where it does not within `reach`.
+    ///
+    /// By slabs (Kay and Kajiya 1986), with the far side moved away as Ize 2013 proposes.
+    #[inline(always)]
+    fn entries(&self, node: &Node, reach: f64) -> [f32; WIDTH] {
+        let mut enter = [0.0f32; WIDTH];
+        let mut leave = [(reach as f32).next_up(); WIDTH];
+        for axis in 0..3 {
+            let (from, inverse) = (self.origin[axis], self.inverse[axis]);
+            let (below, above) = (from + self.rounding, from - self.rounding);
+            for slot in 0..WIDTH {
+                let low = (node.low[axis][slot] - below) * inverse;
+                let high = (node.high[axis][slot] - above) * inverse;
+                let (near, far) = if low < high { (low, high) } else { (high, low) };
+                enter[slot] = if near > enter[slot] { near } else { enter[slot] };
+                leave[slot] = if far < leave[slot] { far } else { leave[slot] };
+            }
+        }
+        for slot in 0..WIDTH {
+            if !(enter[slot] <= leave[slot] * FURTHER) {
+                enter[slot] = f32::INFINITY;
+            }
+        }
+        enter
+    }
 }
 
 #[cfg(test)]

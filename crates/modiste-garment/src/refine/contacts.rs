@@ -66,8 +66,12 @@ pub(crate) struct Site {
     pub(crate) slack: f64,
     /// The place outside (m) that it goes to where parts pass through each other around it.
     pub(crate) exit: Option<Vec3>,
-    /// Whether it has moved since its contacts were found.
+    /// Whether it may have moved so far since its contacts were found that they must be found again.
     pub(crate) stale: bool,
+    /// Whether its contacts with garments must be found, but the one with the body is known.
+    pub(crate) bare: bool,
+    /// Whether it has moved at all since its contacts were found.
+    pub(crate) moved: bool,
     /// Whether its contacts were found since it was last asked what shows through the cloth there.
     pub(crate) fresh: bool,
     /// Whether nothing more can be done for it where it is.
@@ -81,14 +85,18 @@ impl Site {
         slack: 0.0,
         exit: None,
         stale: true,
+        bare: false,
+        moved: false,
         fresh: true,
         settled: false,
     };
 
     /// Finds the contacts of the vertex where it is now. Garments are looked for within `reach` (m), bodies anywhere.
     pub(crate) fn look(&mut self, grounds: &[Ground<'_>], at: Vec3, reach: f64) {
-        self.contacts = Contacts::EMPTY;
-        for (index, (ground, hint)) in grounds.iter().zip(&mut self.hints).enumerate() {
+        // A contact with the body that is known is the first.
+        let first = usize::from(self.bare && !self.stale);
+        self.contacts.count = self.contacts.count.min(first);
+        for (index, (ground, hint)) in grounds.iter().zip(&mut self.hints).enumerate().skip(first) {
             if index > 0 && !may_touch_garments(&self.contacts, grounds) {
                 continue;
             }
@@ -98,7 +106,8 @@ impl Site {
             }
         }
         self.slack = self.contacts.least().min(reach);
-        (self.stale, self.fresh, self.settled) = (false, true, false);
+        (self.stale, self.bare, self.moved) = (false, false, false);
+        (self.fresh, self.settled) = (true, false);
     }
 
     /// Raises the body in the contact that was found with it alone.
@@ -132,7 +141,7 @@ impl Site {
             (self.stale, self.settled) = (false, true);
             return;
         }
-        if self.stale {
+        if self.stale || self.bare {
             self.look(grounds, *at, reach);
         }
         if self.settled {
@@ -143,6 +152,7 @@ impl Site {
                 break;
             }
             *at += least_step(self.contacts.as_slice(), 2.0 * least);
+            self.stale = true;
             self.look(grounds, *at, reach);
         }
         let mut moved = false;
@@ -159,6 +169,7 @@ impl Site {
             }
         }
         if moved {
+            self.stale = true;
             self.look(grounds, *at, reach);
         }
         self.settled = true;

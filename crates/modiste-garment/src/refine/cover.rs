@@ -121,9 +121,14 @@ impl Ground<'_> {
         }
     }
 
+    /// How much it is raised at a vertex (m).
+    pub(crate) fn height(&self, vertex: u32) -> f64 {
+        self.cover.map_or(0.0, |cover| cover.height(vertex))
+    }
+
     /// A vertex of it (m).
     pub(crate) fn vertex(&self, vertex: u32) -> Vec3 {
-        let height = self.cover.map_or(0.0, |cover| cover.height(vertex));
+        let height = self.height(vertex);
         self.obstacle.vertices()[vertex as usize] + height * self.obstacle.vertex_normals()[vertex as usize]
     }
 }

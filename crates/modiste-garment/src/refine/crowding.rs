@@ -1,7 +1,8 @@
 //! Where the surface of a body comes near to itself.
 
-use modiste_core::{Topology, Vec3, corners};
-use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use modiste_core::{Topology, Vec3, bounds, corners};
 
 use super::obstacle::Obstacle;
 
@@ -26,14 +27,13 @@ const SLACK: f64 = 0.012 * 0.012;
 /// The room of a point that nothing faces (m).
 pub(crate) const FREE: f64 = 0.0219;
 
-/// Points that one thread takes at a time.
-const POINTS_AT_ONCE: usize = 512;
-
 /// Most cells along one axis.
 const MOST_CELLS: f64 = 256.0;
 
 /// For each face of a body how far it is to a part of the surface that faces the other way: the other thigh, the arm beside
 /// the trunk, the other side of a crease, the trunk around an arm that has passed into it.
+///
+/// The surface is taken in once a frame; how much room there is, is found where it is asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct Crowding {
     /// Whether a vertex, and with it its faces, is asked about.
@@ -42,9 +42,10 @@ pub(crate) struct Crowding {
     samples: Vec<Sample>,
     /// Where the samples of each face begin, and the end of the last.
     starts: Vec<u32>,
-    /// Of the vertices, then of the samples.
-    rooms: Vec<f64>,
-    face_rooms: Vec<f64>,
+    /// Rooms (m) as far as they were asked for.
+    vertex_rooms: Found,
+    face_rooms: Found,
+    /// The vertices, then the samples.
     points: Vec<Vec3>,
     normals: Vec<Vec3>,
     cloud: Cloud,
@@ -54,6 +55,50 @@ pub(crate) struct Crowding {
 struct Sample {
     face: u32,
     barycentric: [f64; 3],
+}
+
+/// What was found so far. Atomic only so that a surface may be asked from several threads; the answer is the same.
+#[derive(Debug, Default)]
+struct Found(Vec<AtomicU64>);
+
+impl Clone for Found {
+    fn clone(&self) -> Self {
+        Self(self.0.iter().map(|item| AtomicU64::new(item.load(Ordering::Relaxed))).collect())
+    }
+}
+
+impl Found {
+    /// The bits of no number.
+    const UNKNOWN: u64 = u64::MAX;
+
+    fn resize(&mut self, count: usize) {
+        self.0.resize_with(count, || AtomicU64::new(Self::UNKNOWN));
+    }
+
+    fn forget(&mut self, index: usize) {
+        *self.0[index].get_mut() = Self::UNKNOWN;
+    }
+
+    fn forget_all(&mut self) {
+        self.0.iter_mut().for_each(|item| *item.get_mut() = Self::UNKNOWN);
+    }
+
+    /// An item; `find_out` is asked where it is not known.
+    fn get(&self, index: usize, find_out: impl FnOnce() -> u64) -> u64 {
+        match self.0[index].load(Ordering::Relaxed) {
+            Self::UNKNOWN => {
+                let item = find_out();
+                self.0[index].store(item, Ordering::Relaxed);
+                item
+            }
+            known => known,
+        }
+    }
+
+    /// The same of an item that is a number.
+    fn get_number(&self, index: usize, find_out: impl FnOnce() -> f64) -> f64 {
+        f64::from_bits(self.get(index, || find_out().to_bits()))
+    }
 }
 
 impl Crowding {
@@ -69,14 +114,24 @@ impl Crowding {
             }
             starts.push(samples.len() as u32);
         }
-        let (rooms, face_rooms) = (Vec::new(), vec![0.0; topology.face_count()]);
-        let (points, normals) = (Vec::new(), Vec::new());
-        Self { asked, samples, starts, rooms, face_rooms, points, normals, cloud: Cloud::default() }
+        let (mut vertex_rooms, mut face_rooms) = (Found::default(), Found::default());
+        vertex_rooms.resize(vertices.len());
+        face_rooms.resize(topology.face_count());
+        Self {
+            vertex_rooms,
+            face_rooms,
+            asked,
+            samples,
+            starts,
+            points: Vec::new(),
+            normals: Vec::new(),
+            cloud: Cloud::default(),
+        }
     }
 
     /// Takes in the surface where it is now.
     pub(crate) fn update(&mut self, surface: &Obstacle) {
-        let Self { asked, samples, starts, rooms, face_rooms, points, normals, cloud } = self;
+        let Self { samples, points, normals, cloud, .. } = self;
         let faces = surface.topology().faces();
         points.clear();
         points.extend_from_slice(surface.vertices());
@@ -89,42 +144,54 @@ impl Crowding {
         normals.extend_from_slice(surface.vertex_normals());
         normals.extend(samples.iter().map(|sample| surface.face_normal(sample.face)));
         cloud.fill(points, normals);
-        let cloud = &*cloud;
-        rooms.resize(points.len(), 0.0);
-        let each = rooms.par_iter_mut().zip(&*points).zip(&*normals).enumerate().with_min_len(POINTS_AT_ONCE);
-        each.for_each(|(index, ((room, point), normal))| {
-            *room = if asked.get(index).is_none_or(|&asked| asked) { cloud.room(*point, *normal) } else { 0.0 };
-        });
-        for (index, (room, face)) in face_rooms.iter_mut().zip(faces).enumerate() {
-            let samples = starts[index] as usize..starts[index + 1] as usize;
-            let own = rooms[asked.len()..][samples].iter().copied();
-            *room = own.chain(face.iter().map(|&vertex| rooms[vertex as usize])).fold(FREE, f64::min);
-        }
+        self.vertex_rooms.forget_all();
+        self.face_rooms.forget_all();
     }
 
     /// Less than the distance from a face to surface that faces it (m), [`FREE`] where there is none. 0 where it was not asked.
-    pub(crate) fn room(&self, face: u32) -> f64 {
-        self.face_rooms[face as usize]
+    pub(crate) fn room(&self, topology: &Topology, face: u32) -> f64 {
+        self.face_rooms.get_number(face as usize, || {
+            let corners = topology.faces()[face as usize].into_iter().map(|vertex| self.room_of_vertex(vertex));
+            let [start, end] = [0, 1].map(|i| self.asked.len() + self.starts[face as usize + i] as usize);
+            let between = (start..end).map(|point| self.cloud.room(self.points[point], self.normals[point]));
+            corners.chain(between).fold(FREE, f64::min)
+        })
     }
 
     /// The same from a vertex.
     pub(crate) fn room_of_vertex(&self, vertex: u32) -> f64 {
-        self.rooms[vertex as usize]
+        let index = vertex as usize;
+        let find_out =
+            || if self.asked[index] { self.cloud.room(self.points[index], self.normals[index]) } else { 0.0 };
+        self.vertex_rooms.get_number(index, find_out)
     }
 
     /// Whether no part of the surface is nearer to a point than `distance` (m), or [`REACH`] where that is less, but what is
     /// nearer to its nearest point `foot` than `neighbourhood` (m).
     pub(crate) fn is_alone(&self, point: Vec3, foot: Vec3, neighbourhood: f64, distance: f64) -> bool {
+        let (near, far) = (distance.powi(2).min(FREE * FREE) + SLACK, neighbourhood.powi(2));
+        let offset = point - foot;
+        // Points p that are near |p - point|² <= near and far |p - foot|² > far lie beyond a plane across the offset, in a cap of
+        // the ball around the point.
+        let height = (far - near - offset.length_squared()) / (2.0 * offset.length());
+        if height > 0.0 && height * height >= near {
+            return true;
+        }
+        let (centre, radius) = if height > 0.0 {
+            (point + height * offset.normalize_or_zero(), (near - height * height).sqrt())
+        } else {
+            (point, near.sqrt())
+        };
         let (at, foot) = (self.cloud.local(point), self.cloud.local(foot));
-        let far = (neighbourhood * neighbourhood) as f32;
-        let mut nearest = (REACH * REACH) as f32;
-        self.cloud.around(at, |slot| {
-            let squared = distance_squared(self.cloud.points[slot], at);
-            if squared < nearest && distance_squared(self.cloud.points[slot], foot) > far {
-                nearest = squared;
-            }
+        let (near, far) = (near as f32, far as f32);
+        let mut is_alone = true;
+        self.cloud.rows_around(self.cloud.local(centre), radius as f32, |cells| {
+            let slots = self.cloud.starts[cells.start] as usize..self.cloud.starts[cells.end] as usize;
+            let is_other =
+                |place: &[f32; 3]| distance_squared(*place, at) <= near && distance_squared(*place, foot) > far;
+            is_alone = is_alone && !self.cloud.points[slots].iter().any(is_other);
         });
-        f64::from(nearest) - SLACK > distance.powi(2).min(FREE * FREE)
+        is_alone
     }
 }
 
@@ -138,21 +205,19 @@ fn lattice(triangle: [Vec3; 3]) -> impl Iterator<Item = [f64; 3]> {
     inner.map(move |point| point.map(|share| f64::from(share) / f64::from(parts)))
 }
 
-/// Vertices sorted into cells of the size of [`REACH`], so that all neighbours are in 3×3×3 of them.
+/// Vertices sorted into cells of the size of [`REACH`].
 #[derive(Debug, Clone, Default)]
 struct Cloud {
     low: Vec3,
     cell: f32,
-    cells: [usize; 3],
+    cells: [i32; 3],
     /// Where each cell begins, and the end of the last.
     starts: Vec<u32>,
     cell_of: Vec<u32>,
-    /// The cells that hold points.
-    occupied: Vec<u32>,
-    /// Least and greatest of the normals in each cell, by axis.
-    spans: Vec<[[f32; 3]; 2]>,
-    /// The same of the cells and all around them; for occupied cells only.
-    wide_spans: Vec<[[f32; 3]; 2]>,
+    /// Least and greatest of the normals in each cell, by axis; of a cell without points they may be from an earlier frame.
+    spans: Vec<Span>,
+    /// Which of a cell and those around it may hold points that face one of its own, one bit each.
+    facing: Found,
     /// Places from the low corner (m).
     points: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
@@ -160,19 +225,24 @@ struct Cloud {
 
 impl Cloud {
     fn fill(&mut self, vertices: &[Vec3], normals: &[Vec3]) {
-        let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-        let (low, high) = vertices.iter().fold(none, |(low, high), v| (low.min(*v), high.max(*v)));
-        let span = if vertices.is_empty() || !(high - low).is_finite() { Vec3::ZERO } else { high - low };
+        let (low, high) = bounds(vertices).unwrap_or_default();
+        let span = if (high - low).is_finite() { high - low } else { Vec3::ZERO };
         self.low = low;
         self.cell = (span.max_element() / MOST_CELLS).max(REACH) as f32;
-        self.cells = span.to_array().map(|length| (length as f32 / self.cell) as usize + 1);
+        self.cells = span.to_array().map(|length| (length as f32 / self.cell) as i32 + 1);
+        let cell_count = self.cells.iter().map(|&count| count as usize).product::<usize>();
         self.starts.clear();
-        self.starts.resize(self.cells.iter().product::<usize>() + 1, 0);
+        self.starts.resize(cell_count + 1, 0);
+        self.spans.resize(cell_count, NO_SPAN);
+        self.facing.resize(cell_count);
         self.cell_of.clear();
         for vertex in vertices {
-            let [x, y, z] = self.coordinates(self.local(*vertex));
-            let cell = self.row(y, z) + x;
+            let cell = self.index(self.coordinates(self.local(*vertex)));
             self.cell_of.push(cell as u32);
+            if self.starts[cell] == 0 {
+                self.spans[cell] = NO_SPAN;
+                self.facing.forget(cell);
+            }
             self.starts[cell] += 1;
         }
         let mut end = 0;
@@ -183,40 +253,16 @@ impl Cloud {
         self.points.resize(vertices.len(), [0.0; 3]);
         self.normals.resize(vertices.len(), [0.0; 3]);
         // Each cell is filled from its end, and its start is right when it is full.
-        for (index, (vertex, normal)) in vertices.iter().zip(normals).enumerate() {
-            let slot = &mut self.starts[self.cell_of[index] as usize];
+        for ((vertex, normal), &cell) in vertices.iter().zip(normals).zip(&self.cell_of) {
+            let slot = &mut self.starts[cell as usize];
             *slot -= 1;
-            let slot = *slot as usize;
+            let (slot, normal) = (*slot as usize, normal.as_vec3().to_array());
             self.points[slot] = (*vertex - self.low).as_vec3().to_array();
-            self.normals[slot] = normal.as_vec3().to_array();
-        }
-        self.span();
-    }
-
-    /// Notes between which bounds the normals in and around every occupied cell are.
-    fn span(&mut self) {
-        self.occupied.clear();
-        self.occupied.extend_from_slice(&self.cell_of);
-        self.occupied.sort_unstable();
-        self.occupied.dedup();
-        self.spans.resize(self.starts.len(), NO_SPAN);
-        self.wide_spans.resize(self.starts.len(), NO_SPAN);
-        for &cell in &self.occupied {
-            let slots = self.starts[cell as usize] as usize..self.starts[cell as usize + 1] as usize;
-            let normals = self.normals[slots].iter();
-            self.spans[cell as usize] = normals.fold(NO_SPAN, |span, &normal| joined(span, [normal; 2]));
-        }
-        for &cell in &self.occupied {
-            let [width, _, depth] = self.cells;
-            let (x, rest) = (cell as usize % width, cell as usize / width);
-            let (y, z) = (rest / depth, rest % depth);
-            let mut span = NO_SPAN;
-            self.rows_around([x, y, z], |row| {
-                // An empty cell may still hold the span of an earlier frame.
-                let filled = row.filter(|&cell| self.starts[cell] < self.starts[cell + 1]);
-                span = filled.fold(span, |span, cell| joined(span, self.spans[cell]));
-            });
-            self.wide_spans[cell as usize] = span;
+            self.normals[slot] = normal;
+            for ([least, greatest], along) in self.spans[cell as usize].iter_mut().zip(normal) {
+                *least = lesser(*least, along);
+                *greatest = -lesser(-*greatest, -along);
+            }
         }
     }
 
@@ -224,72 +270,100 @@ impl Cloud {
         (point - self.low).as_vec3().to_array()
     }
 
-    fn coordinates(&self, local: [f32; 3]) -> [usize; 3] {
-        std::array::from_fn(|axis| ((local[axis] / self.cell).max(0.0) as usize).min(self.cells[axis] - 1))
+    fn coordinates(&self, local: [f32; 3]) -> [i32; 3] {
+        std::array::from_fn(|axis| ((local[axis] / self.cell) as i32).clamp(0, self.cells[axis] - 1))
     }
 
-    fn row(&self, y: usize, z: usize) -> usize {
-        (y * self.cells[2] + z) * self.cells[0]
+    fn index(&self, [x, y, z]: [i32; 3]) -> usize {
+        ((y * self.cells[2] + z) * self.cells[0] + x) as usize
     }
 
-    /// Visits all that lies in the cell of a place and in those around it.
+    /// Visits, row by row, the cells that hold all points within `reach` (m) of a place.
     #[inline]
-    fn around(&self, local: [f32; 3], mut visit: impl FnMut(usize)) {
+    fn rows_around(&self, local: [f32; 3], reach: f32, mut visit: impl FnMut(std::ops::Range<usize>)) {
         if self.points.is_empty() {
             return;
         }
-        self.rows_around(self.coordinates(local), |cells| {
-            let slots = self.starts[cells.start] as usize..self.starts[cells.end] as usize;
-            slots.for_each(&mut visit);
-        });
-    }
-
-    /// Visits a cell and those around it, row by row.
-    #[inline]
-    fn rows_around(&self, [x, y, z]: [usize; 3], mut visit: impl FnMut(std::ops::Range<usize>)) {
-        let range = |at: usize, axis: usize| at.saturating_sub(1)..(at + 2).min(self.cells[axis]);
-        let across = range(x, 0);
-        for y in range(y, 1) {
-            for z in range(z, 2) {
-                let row = self.row(y, z);
-                visit(row + across.start..row + across.end);
+        let low = self.coordinates(local.map(|along| along - reach));
+        let high = self.coordinates(local.map(|along| along + reach));
+        for y in low[1]..=high[1] {
+            for z in low[2]..=high[2] {
+                visit(self.index([low[0], y, z])..self.index([high[0], y, z]) + 1);
             }
         }
     }
 
+    /// Those of a cell and the cells around it that hold points which may face one of its own.
+    fn find_facing(&self, cell: [i32; 3]) -> u64 {
+        let own = self.spans[self.index(cell)];
+        let holds_facing = |bit: &u32| {
+            let other = neighbour(cell, *bit);
+            let is_there = other.iter().zip(self.cells).all(|(at, count)| (0..count).contains(at));
+            is_there && {
+                let other = self.index(other);
+                self.starts[other] < self.starts[other + 1] && least_product(own, self.spans[other]) < CREASED
+            }
+        };
+        (0..27).filter(holds_facing).fold(0, |facing, bit| facing | 1 << bit)
+    }
+
+    /// Less than the distance (m) from a point with a normal to the nearest that faces it, [`FREE`] where there is none.
     fn room(&self, vertex: Vec3, normal: Vec3) -> f64 {
-        let (at, [x, y, z]) = (self.local(vertex), normal.as_vec3().to_array());
-        let [cx, cy, cz] = self.coordinates(at);
-        let [low, high] = self.wide_spans[self.row(cy, cz) + cx];
-        // The least product that any normal between the bounds has with this one.
-        let least: f32 =
-            [x, y, z].into_iter().zip(low.into_iter().zip(high)).map(|(n, (l, h))| (n * l).min(n * h)).sum();
-        if least >= CREASED {
-            return FREE;
-        }
-        let along = |v: [f32; 3]| x * v[0] + y * v[1] + z * v[2];
+        let (at, own) = (self.local(vertex), normal.as_vec3().to_array());
+        let along = |v: [f32; 3]| own[0] * v[0] + own[1] * v[1] + own[2] * v[2];
         let faces_it = |place: [f32; 3], other: [f32; 3]| {
             let product = along(other);
             let offset = [place[0] - at[0], place[1] - at[1], place[2] - at[2]];
             product < FACING || (product < CREASED && along(offset) > 0.0)
         };
+        let cell = self.coordinates(at);
+        let mut facing = self.facing.get(self.index(cell), || self.find_facing(cell));
         let mut nearest = (REACH * REACH) as f32;
-        self.around(at, |slot| {
-            let squared = distance_squared(self.points[slot], at);
-            if squared < nearest && faces_it(self.points[slot], self.normals[slot]) {
-                nearest = squared;
+        while facing != 0 {
+            let other = self.index(neighbour(cell, facing.trailing_zeros()));
+            facing &= facing - 1;
+            if least_product(own.map(|along| [along; 2]), self.spans[other]) >= CREASED {
+                continue;
             }
-        });
+            for slot in self.starts[other] as usize..self.starts[other + 1] as usize {
+                let squared = distance_squared(self.points[slot], at);
+                if squared < nearest && faces_it(self.points[slot], self.normals[slot]) {
+                    nearest = squared;
+                }
+            }
+        }
         (f64::from(nearest) - SLACK).max(0.0).sqrt().min(FREE)
     }
 }
 
-/// Bounds that nothing is between.
-const NO_SPAN: [[f32; 3]; 2] = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+/// One of the 27 cells in and around a cell.
+#[inline]
+fn neighbour([x, y, z]: [i32; 3], bit: u32) -> [i32; 3] {
+    let bit = bit as i32;
+    [x + bit % 3 - 1, y + bit / 9 - 1, z + bit / 3 % 3 - 1]
+}
 
-fn joined(a: [[f32; 3]; 2], b: [[f32; 3]; 2]) -> [[f32; 3]; 2] {
-    let pick = |of: fn(f32, f32) -> f32, i: usize| std::array::from_fn(|axis| of(a[i][axis], b[i][axis]));
-    [pick(f32::min, 0), pick(f32::max, 1)]
+/// Least and greatest of vectors, by axis.
+type Span = [[f32; 2]; 3];
+
+/// Bounds that nothing is between.
+const NO_SPAN: Span = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
+
+/// The least product that any two vectors between bounds have.
+#[inline]
+fn least_product(a: Span, b: Span) -> f32 {
+    let least = |axis: usize| {
+        let ([low, high], [other_low, other_high]) = (a[axis], b[axis]);
+        let with = |along: f32| lesser(along * other_low, along * other_high);
+        lesser(with(low), with(high))
+    };
+    least(0) + least(1) + least(2)
+}
+
+/// The lesser of two numbers by a single comparison: [`f32::min`] minds what is no number.
+#[inline]
+fn lesser(a: f32, b: f32) -> f32 {
+    if b < a { b } else { a }
 }
 
 #[inline]
@@ -347,7 +421,7 @@ mod tests {
                 let middle = face.iter().map(|&v| mesh.vertices[v as usize]).sum::<Vec3>() / 3.0;
                 let centres = [0.0, 0.2 + gap].map(|x| Vec3::new(x, 0.0, 0.0));
                 let far = centres.map(|centre| middle.distance(centre)).into_iter().fold(0.0, f64::max);
-                let room = crowding.room(index as u32);
+                let room = crowding.room(&mesh.topology, index as u32);
                 assert!(room <= (far - 0.1).max(0.0) + 1e-3, "{room} {far}");
                 if far > 0.1 + 2.0 * REACH {
                     assert!((room - FREE).abs() < 1e-12, "nothing faces it: {room}");
@@ -357,6 +431,29 @@ mod tests {
             assert!(least < gap.max(1e-9) + 1e-3 || gap > FREE);
             assert!((least - FREE).abs() < 1e-12 || gap < 0.03, "{least}");
         }
+    }
+
+    #[test]
+    fn what_is_alone_is_told_as_by_trying_all() {
+        let mesh = spheres(0.03);
+        let surface = Obstacle::single(mesh.topology.clone(), &mesh.vertices);
+        let mut crowding = super::Crowding::new(&mesh.topology, &mesh.vertices, |_| true);
+        crowding.update(&surface);
+        let mut rng = seeded_rng(4);
+        let mut counts = [0; 2];
+        for _ in 0..3000 {
+            let foot = 0.1 * Vec3::new(2.0 + normal(&mut rng), normal(&mut rng), normal(&mut rng)).normalize();
+            let height = 0.02 * normal(&mut rng).abs();
+            let (point, distance) = (foot * (1.0 + 10.0 * height), height + 0.003);
+            let others = crowding.points.iter().filter(|place| place.distance(foot) > REACH);
+            let nearest = others.map(|place| place.distance_squared(point)).fold(REACH * REACH, f64::min);
+            let wanted = nearest - SLACK - distance.powi(2).min(FREE * FREE);
+            if wanted.abs() > 1e-8 {
+                assert_eq!(crowding.is_alone(point, foot, REACH, distance), wanted > 0.0, "{point} {foot}");
+                counts[usize::from(wanted > 0.0)] += 1;
+            }
+        }
+        assert!(counts[0] > 100 && counts[1] > 1000, "{counts:?}");
     }
 
     #[test]

@@ -108,7 +108,7 @@ impl ExactPush {
     /// Finds how the garment (m) lies to the body, apart from other garments.
     pub(crate) fn approach(&mut self, body: &Obstacle, garment: &[Vec3]) {
         for site in &mut self.sites {
-            (site.exit, site.stale) = (None, true);
+            (site.exit, site.stale, site.bare) = (None, true, false);
         }
         let grounds = [Ground { obstacle: body, cover: None }];
         self.look(&grounds, garment);
@@ -139,7 +139,7 @@ impl ExactPush {
         }
         if grounds.len() > 1 {
             let near = self.sites.iter_mut().filter(|site| site.exit.is_none() && site.may_touch_garments(grounds));
-            near.for_each(|site| site.stale = true);
+            near.for_each(|site| if site.moved { site.stale = true } else { site.bare = true });
         }
         self.look(grounds, garment);
         while report.rounds < self.options.rounds {
@@ -226,6 +226,7 @@ impl ExactPush {
             let (step, site) = (self.warp[vertex as usize], &mut self.sites[vertex as usize]);
             garment[vertex as usize] += step;
             site.slack -= step.length();
+            site.moved = true;
             site.stale |= site.exit.is_none() && site.slack < self.options.trigger;
         }
     }
@@ -241,7 +242,7 @@ impl ExactPush {
     fn look(&mut self, grounds: &[Ground<'_>], garment: &[Vec3]) {
         let reach = self.options.reach;
         let sites = self.sites.par_iter_mut().zip(garment).with_min_len(VERTICES_AT_ONCE);
-        sites.filter(|(site, _)| site.stale).for_each(|(site, &at)| site.look(grounds, at, reach));
+        sites.filter(|(site, _)| site.stale || site.bare).for_each(|(site, &at)| site.look(grounds, at, reach));
     }
 
     /// Moves by itself every vertex that is still too near.

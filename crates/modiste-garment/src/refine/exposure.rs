@@ -74,26 +74,22 @@ impl Lazy {
 
 /// Least and greatest extent of a part in 13 directions.
 #[derive(Debug, Clone, Copy)]
-struct Hull([(f64, f64); DIRECTIONS.len()]);
+struct Hull {
+    low: [f64; DIRECTION_COUNT],
+    high: [f64; DIRECTION_COUNT],
+}
 
-const DIRECTIONS: [Vec3; 13] = [
-    Vec3::X,
-    Vec3::Y,
-    Vec3::Z,
-    Vec3::new(1.0, 1.0, 0.0),
-    Vec3::new(1.0, -1.0, 0.0),
-    Vec3::new(1.0, 0.0, 1.0),
-    Vec3::new(1.0, 0.0, -1.0),
-    Vec3::new(0.0, 1.0, 1.0),
-    Vec3::new(0.0, 1.0, -1.0),
-    Vec3::new(1.0, 1.0, 1.0),
-    Vec3::new(1.0, 1.0, -1.0),
-    Vec3::new(1.0, -1.0, 1.0),
-    Vec3::new(-1.0, 1.0, 1.0),
-];
+/// The directions to the middles of the faces and edges and to the corners of a cube, one of each pair.
+const DIRECTION_COUNT: usize = 13;
+
+/// How far a point lies along each direction; not normalised.
+fn extents(point: Vec3) -> [f64; DIRECTION_COUNT] {
+    let [x, y, z] = point.to_array();
+    [x, y, z, x + y, x - y, x + z, x - z, y + z, y - z, x + y + z, x + y - z, x - y + z, y + z - x]
+}
 
 impl Hull {
-    const EMPTY: Self = Self([(f64::INFINITY, f64::NEG_INFINITY); DIRECTIONS.len()]);
+    const EMPTY: Self = Self { low: [f64::INFINITY; DIRECTION_COUNT], high: [f64::NEG_INFINITY; DIRECTION_COUNT] };
 
     fn of(points: impl Iterator<Item = Vec3>) -> Self {
         let mut hull = Self::EMPTY;
@@ -102,16 +98,19 @@ impl Hull {
     }
 
     fn add(&mut self, point: Vec3) {
-        for (direction, (low, high)) in DIRECTIONS.iter().zip(&mut self.0) {
-            let along = direction.dot(point);
-            *low = low.min(along);
-            *high = high.max(along);
+        let Self { low, high } = self;
+        let along = extents(point);
+        // Comparisons rather than `min` and `max`, which mind what is no number.
+        for i in 0..DIRECTION_COUNT {
+            low[i] = if along[i] < low[i] { along[i] } else { low[i] };
+            high[i] = if along[i] > high[i] { along[i] } else { high[i] };
         }
     }
 
     /// Whether a point, given by its extents, is in the hull or nearer to it than `margin` in some direction.
-    fn holds(&self, extents: &[f64; DIRECTIONS.len()], margin: f64) -> bool {
-        self.0.iter().zip(extents).all(|((low, high), along)| (*low - margin..=*high + margin).contains(along))
+    fn holds(&self, extents: &[f64; DIRECTION_COUNT], margin: f64) -> bool {
+        let bounds = self.low.iter().zip(&self.high);
+        bounds.zip(extents).all(|((low, high), along)| (*low - margin..=*high + margin).contains(along))
     }
 }
 
@@ -156,7 +155,7 @@ impl Exposure {
 
     /// Whether a point is in or next to the hull of another part than the one given.
     fn is_near_another(&self, part: Part, point: Vec3, margin: f64) -> bool {
-        let extents = DIRECTIONS.map(|direction| direction.dot(point));
+        let extents = extents(point);
         let hulls = self.hulls.iter().enumerate().filter(|&(index, _)| index != part.index());
         hulls.into_iter().any(|(_, hull)| hull.holds(&extents, margin))
     }
@@ -188,8 +187,8 @@ impl Exposure {
     }
 
     /// Whether no other surface comes so near to a face that it may pass through it.
-    pub(crate) fn has_room(&self, face: u32) -> bool {
-        self.crowding.room(face) > CLEARLY
+    pub(crate) fn has_room(&self, surface: &Obstacle, face: u32) -> bool {
+        self.crowding.room(surface.topology(), face) > CLEARLY
     }
 
     /// Whether the point of the surface that is nearest among those around it is so among all, and exposed.
@@ -200,14 +199,15 @@ impl Exposure {
         if self.exposed_corners(surface, at.face) != 3 {
             return false;
         }
-        if self.crowding.room(at.face) > 2.0 * at.distance + CLEARLY {
+        let room = self.crowding.room(surface.topology(), at.face);
+        if room > 2.0 * at.distance + CLEARLY {
             return true;
         }
         let is_inside = (point - at.point).dot(surface.face_normal(at.face)) < 0.0;
         let part = self.parts[surface.topology().faces()[at.face as usize][0] as usize];
         !is_inside
             && is_covered(part)
-            && self.crowding.room(at.face) >= FREE
+            && room >= FREE
             && self.crowding.is_alone(point, at.point, NEIGHBOURHOOD, at.distance + CLEARLY)
             && !self.is_near_another(part, point, HULL_MARGIN)
     }

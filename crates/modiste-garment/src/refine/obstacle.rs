@@ -199,7 +199,7 @@ impl Obstacle {
         *hint = at.face;
         let is_buried = refused < at.distance;
         if !is_buried && !exposure.is_mixed(self, at.face) {
-            let certain = exposure.has_room(at.face);
+            let certain = exposure.has_room(self, at.face);
             return self.contact_at(point, &at).map(|contact| Contact { certain, ..contact });
         }
         // Next to a buried surface all is inside; along its rim the winding number tells.
@@ -229,7 +229,7 @@ impl Obstacle {
         *hint = at.face;
         match exposure.exposed_corners(self, at.face) {
             3 => {
-                let certain = exposure.has_room(at.face);
+                let certain = exposure.has_room(self, at.face);
                 self.contact_at(point, &at).map(|contact| Contact { certain, ..contact })
             }
             // Where the nearest of all points is buried, so is what lies between.

@@ -59,13 +59,28 @@ fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], garment: &[Vec3]
     }
     let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
     let looks_around = ends || turn < CURVED;
+    let level = normal.dot(corners[0]);
     let mut height: f64 = 0.0;
-    for (owner, contact) in nearest {
+    for (index, (owner, contact)) in nearest.into_iter().enumerate() {
+        // Corners often have the same nearest face.
+        if nearest[..index].iter().any(|other| (other.0, other.1.face) == (owner, contact.face)) {
+            continue;
+        }
         let ground = &grounds[owner];
         let obstacle = ground.obstacle;
+        // Most are below, or no higher than one that was found, which is told first.
         let mut try_vertex = |vertex: u32| {
-            if obstacle.vertex_normals()[vertex as usize].dot(normal) > 0.2 {
-                height = height.max(height_above(corners, normal, ground.vertex(vertex)));
+            let bare = normal.dot(obstacle.vertices()[vertex as usize]) - level;
+            if bare + ground.height(vertex) < height {
+                return;
+            }
+            let point = ground.vertex(vertex);
+            let above = normal.dot(point - corners[0]);
+            if above > height
+                && obstacle.vertex_normals()[vertex as usize].dot(normal) > 0.2
+                && is_over(corners, normal, point)
+            {
+                height = above;
             }
         };
         for vertex in obstacle.topology().faces()[contact.face as usize] {
@@ -91,31 +106,24 @@ fn may_bulge(corners: [Vec3; 3], turn: f64, distance: f64) -> bool {
     distance < SHOW_CLEARANCE + 0.25 * chord * angle
 }
 
-/// Height (m) of a point above a triangle, or minus infinity where it is not above it.
-fn height_above(corners: [Vec3; 3], normal: Vec3, point: Vec3) -> f64 {
-    let height = normal.dot(point - corners[0]);
-    // Most are below, which is told faster than where they are.
-    if height <= 0.0 {
-        return f64::NEG_INFINITY;
-    }
-    let inside = (0..3).all(|corner| {
+/// Whether a point is straight above or below a triangle.
+fn is_over(corners: [Vec3; 3], normal: Vec3, point: Vec3) -> bool {
+    (0..3).all(|corner| {
         let (from, to) = (corners[corner], corners[(corner + 1) % 3]);
         normal.dot((to - from).cross(point - from)) >= 0.0
-    });
-    if inside { height } else { f64::NEG_INFINITY }
+    })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::height_above;
+    use super::is_over;
     use modiste_core::Vec3;
 
     #[test]
-    fn only_points_over_the_triangle_are_above_it() {
+    fn only_points_over_the_triangle_are_over_it() {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
-        let height = |x: f64, y: f64, z: f64| height_above(corners, Vec3::Z, Vec3::new(x, y, z));
-        assert!((height(0.2, 0.2, 0.1) - 0.1).abs() < 1e-15);
-        assert!(height(0.2, 0.2, -0.1) < 0.0);
-        assert!(height(0.8, 0.8, 0.1) < 0.0);
+        let is_over = |x: f64, y: f64, z: f64| is_over(corners, Vec3::Z, Vec3::new(x, y, z));
+        assert!(is_over(0.2, 0.2, 0.1) && is_over(0.2, 0.2, -0.1));
+        assert!(!is_over(0.8, 0.8, 0.1) && !is_over(-0.1, 0.2, 0.0));
     }
 }

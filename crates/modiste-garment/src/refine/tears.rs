@@ -36,6 +36,9 @@ impl Tears {
         garment: &mut [Vec3],
     ) -> bool {
         self.find(topology, held, predicted, garment);
+        if self.region.is_empty() {
+            return false;
+        }
         self.displacements.resize(garment.len(), Vec3::ZERO);
         for ((displacement, at), from) in self.displacements.iter_mut().zip(garment.iter()).zip(predicted) {
             *displacement = *at - *from;
@@ -55,7 +58,7 @@ impl Tears {
         for &vertex in &self.region {
             garment[vertex as usize] = predicted[vertex as usize] + self.displacements[vertex as usize];
         }
-        !self.region.is_empty()
+        true
     }
 
     /// The ends of torn edges and the rings around them.
@@ -71,8 +74,10 @@ impl Tears {
         };
         for edge in topology.edges() {
             let [a, b] = edge.vertices.map(|vertex| vertex as usize);
-            let may_be = TORN * predicted[a].distance(predicted[b]) + LEAST_TEAR;
-            let is_torn = garment[a].distance_squared(garment[b]) > may_be * may_be;
+            // Nearly all are told without a root.
+            let (squared, was) = (garment[a].distance_squared(garment[b]), predicted[a].distance_squared(predicted[b]));
+            let may_be = || TORN * was.sqrt() + LEAST_TEAR;
+            let is_torn = squared > TORN * TORN * was && squared > may_be().powi(2);
             if is_torn && !edge.vertices.iter().any(|&vertex| held(vertex)) {
                 edge.vertices.iter().for_each(|&vertex| add(vertex, region));
             }

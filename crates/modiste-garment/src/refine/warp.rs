@@ -61,21 +61,44 @@ pub(crate) struct Warp {
     scratch: Scratch,
 }
 
-/// Memory of a solve; vectors over all vertices are zero outside the region.
+/// Memory of a solve.
+///
+/// What is solved for lies close together: the vertices are numbered anew, those of the region first, then the ring around
+/// it, where a warp of the region bends the cloth.
 #[derive(Debug, Clone, Default)]
 struct Scratch {
     region: Vec<u32>,
-    /// The region and the ring around it, where a warp of the region bends the cloth.
-    rim: Vec<u32>,
-    in_region: Vec<bool>,
+    ring: Vec<u32>,
+    /// Where each vertex is.
+    sides: Vec<Side>,
+    /// The new number of each vertex of region and ring.
+    places: Vec<u32>,
+    /// Where the neighbours of each begin, and the end of the last.
+    starts: Vec<u32>,
+    /// Neighbours in region and ring, by their new numbers.
+    neighbours: Vec<u32>,
+    /// One over the number of all neighbours, of region and ring.
+    shares: Vec<f64>,
     inverse: Vec<Mat3>,
     block: Vec<Mat3>,
     residual: Vec<Vec3>,
-    direction: Vec<Vec3>,
     preconditioned: Vec<Vec3>,
     image: Vec<Vec3>,
+    /// Zero in the ring.
+    direction: Vec<Vec3>,
     /// L of the direction.
     bent: Vec<Vec3>,
+    /// The same, times the share.
+    shared: Vec<Vec3>,
+}
+
+/// Where a vertex is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+enum Side {
+    #[default]
+    Outside,
+    Region,
+    Ring,
 }
 
 impl Warp {
@@ -85,21 +108,11 @@ impl Warp {
         // Column i of L has 1 on the diagonal and the share of each neighbour, whose rows it is in.
         let square_of = |&other: &u32| shares[other as usize].powi(2);
         let diagonal = (0..n).map(|i| 1.0 + topology.neighbours(i).iter().map(square_of).sum::<f64>()).collect();
-        let scratch = Scratch {
-            in_region: vec![false; n],
-            inverse: vec![Mat3::ZERO; n],
-            block: vec![Mat3::ZERO; n],
-            residual: vec![Vec3::ZERO; n],
-            direction: vec![Vec3::ZERO; n],
-            preconditioned: vec![Vec3::ZERO; n],
-            image: vec![Vec3::ZERO; n],
-            bent: vec![Vec3::ZERO; n],
-            ..Scratch::default()
-        };
+        let scratch = Scratch { sides: vec![Side::Outside; n], places: vec![0; n], ..Scratch::default() };
         Self { topology: topology.clone(), shares, diagonal, scratch }
     }
 
-    /// The vertices that the last solve could move.
+    /// The vertices that the last solve could move, ascending.
     pub(crate) fn region(&self) -> &[u32] {
         &self.scratch.region
     }
@@ -119,98 +132,130 @@ impl Warp {
         if self.scratch.region.is_empty() {
             return 0;
         }
+        self.number();
         self.prepare(stiffness, pushes, pulls);
         self.iterate(stiffness.smooth, options.accuracy, warp)
     }
 
     /// The constrained vertices and some rings around them.
     fn grow_region(&mut self, pushes: &[Push], pulls: &[Pull], rings: usize) {
-        let Scratch { region, rim, in_region, .. } = &mut self.scratch;
-        for vertex in region.drain(..) {
-            in_region[vertex as usize] = false;
-        }
-        let mut add = |vertex: u32, region: &mut Vec<u32>| {
-            if !std::mem::replace(&mut in_region[vertex as usize], true) {
-                region.push(vertex);
+        let Scratch { region, ring, sides, .. } = &mut self.scratch;
+        region.clear();
+        ring.clear();
+        sides.fill(Side::Outside);
+        let mut add = |vertex: u32, side: Side, list: &mut Vec<u32>| {
+            if sides[vertex as usize] == Side::Outside {
+                sides[vertex as usize] = side;
+                list.push(vertex);
             }
         };
-        pushes.iter().for_each(|push| add(push.vertex, region));
-        pulls.iter().for_each(|pull| add(pull.vertex, region));
-        let mut ring = 0;
+        pushes.iter().for_each(|push| add(push.vertex, Side::Region, region));
+        pulls.iter().for_each(|pull| add(pull.vertex, Side::Region, region));
+        let mut last = 0;
         for _ in 0..rings {
             let end = region.len();
-            for index in ring..end {
+            for index in last..end {
                 for &neighbour in self.topology.neighbours(region[index] as usize) {
-                    add(neighbour, region);
+                    add(neighbour, Side::Region, region);
                 }
             }
-            ring = end;
+            last = end;
         }
-        rim.clear();
-        rim.extend_from_slice(region);
-        for index in ring..region.len() {
-            for &neighbour in self.topology.neighbours(region[index] as usize) {
-                add(neighbour, rim);
+        for &vertex in &region[last..] {
+            for &neighbour in self.topology.neighbours(vertex as usize) {
+                add(neighbour, Side::Ring, ring);
             }
         }
-        for &vertex in &rim[region.len()..] {
-            in_region[vertex as usize] = false;
-        }
         // In order of the vertices, memory is read in order.
-        region.sort_unstable();
-        rim.sort_unstable();
+        let ascending = |list: &mut Vec<u32>, side: Side| {
+            list.clear();
+            list.extend((0u32..).zip(&*sides).filter(|(_, other)| **other == side).map(|(vertex, _)| vertex));
+        };
+        ascending(region, Side::Region);
+        ascending(ring, Side::Ring);
+    }
+
+    /// Numbers region and ring anew and notes who is next to whom.
+    fn number(&mut self) {
+        let Scratch { region, ring, sides, places, starts, neighbours, shares, .. } = &mut self.scratch;
+        let all = || region.iter().chain(&*ring).map(|&vertex| vertex as usize);
+        all().zip(0u32..).for_each(|(vertex, place)| places[vertex] = place);
+        shares.clear();
+        shares.extend(all().map(|vertex| self.shares[vertex]));
+        neighbours.clear();
+        starts.clear();
+        starts.push(0);
+        for vertex in all() {
+            let around = self.topology.neighbours(vertex).iter().map(|&other| other as usize);
+            neighbours.extend(around.filter(|&other| sides[other] != Side::Outside).map(|other| places[other]));
+            starts.push(neighbours.len() as u32);
+        }
     }
 
     /// Blocks of the diagonal, their inverses, and the right-hand side as first residual.
     fn prepare(&mut self, stiffness: Stiffness, pushes: &[Push], pulls: &[Pull]) {
-        let Scratch { region, inverse, block, residual, direction, preconditioned, .. } = &mut self.scratch;
-        direction.fill(Vec3::ZERO);
-        preconditioned.fill(Vec3::ZERO);
-        for &vertex in region.iter() {
-            let i = vertex as usize;
-            block[i] = Mat3::from_diagonal(Vec3::splat(stiffness.damping));
-            residual[i] = Vec3::ZERO;
-        }
+        let Scratch { region, places, inverse, block, residual, .. } = &mut self.scratch;
+        block.clear();
+        block.resize(region.len(), Mat3::from_diagonal(Vec3::splat(stiffness.damping)));
+        residual.clear();
+        residual.resize(region.len(), Vec3::ZERO);
         for push in pushes {
-            let i = push.vertex as usize;
+            let i = places[push.vertex as usize] as usize;
             let weighted = push.weight * push.normal;
             block[i] += Mat3::from_cols(weighted * push.normal.x, weighted * push.normal.y, weighted * push.normal.z);
             residual[i] += push.gap * weighted;
         }
         for pull in pulls {
-            let i = pull.vertex as usize;
+            let i = places[pull.vertex as usize] as usize;
             block[i] += Mat3::from_diagonal(Vec3::splat(pull.weight));
             residual[i] += pull.weight * pull.offset;
         }
-        for &vertex in region.iter() {
-            let i = vertex as usize;
-            let smooth = stiffness.smooth * self.diagonal[i];
-            inverse[i] = (block[i] + Mat3::from_diagonal(Vec3::splat(smooth))).inverse();
-        }
+        inverse.clear();
+        inverse.extend(region.iter().zip(&*block).map(|(&vertex, block)| {
+            let smooth = stiffness.smooth * self.diagonal[vertex as usize];
+            (*block + Mat3::from_diagonal(Vec3::splat(smooth))).inverse()
+        }));
     }
 
     fn iterate(&mut self, smooth: f64, accuracy: f64, warp: &mut [Vec3]) -> usize {
-        let Scratch { region, rim, inverse, block, residual, direction, preconditioned, image, bent, .. } =
-            &mut self.scratch;
-        let wanted = accuracy * accuracy * region.iter().map(|&i| residual[i as usize].length_squared()).sum::<f64>();
+        let Scratch {
+            region,
+            ring,
+            starts,
+            neighbours,
+            shares,
+            inverse,
+            block,
+            residual,
+            preconditioned,
+            image,
+            direction,
+            bent,
+            shared,
+            ..
+        } = &mut self.scratch;
+        let (count, all) = (region.len(), region.len() + ring.len());
+        [&mut *preconditioned, image].into_iter().for_each(|vector| vector.resize(count, Vec3::ZERO));
+        [&mut *direction, bent, shared].into_iter().for_each(|vector| vector.resize(all, Vec3::ZERO));
+        direction[count..].fill(Vec3::ZERO);
+        let around = |i: usize| &neighbours[starts[i] as usize..starts[i + 1] as usize];
+        let wanted = accuracy * accuracy * residual.iter().map(|left| left.length_squared()).sum::<f64>();
         let mut product = 0.0;
-        for &i in region.iter() {
-            let i = i as usize;
+        for i in 0..count {
             direction[i] = inverse[i] * residual[i];
             product += direction[i].dot(residual[i]);
         }
         for iteration in 1..=MAX_ITERATIONS {
             let mut curvature = 0.0;
-            for &i in rim.iter() {
-                let i = i as usize;
-                let sum: Vec3 = self.topology.neighbours(i).iter().map(|&j| direction[j as usize]).sum();
-                bent[i] = direction[i] - self.shares[i] * sum;
+            for i in 0..all {
+                let sum: Vec3 = around(i).iter().map(|&j| direction[j as usize]).sum();
+                bent[i] = direction[i] - shares[i] * sum;
+                shared[i] = shares[i] * bent[i];
             }
-            for &i in region.iter() {
-                let i = i as usize;
+            for i in 0..count {
                 let mut sum = bent[i];
-                for &j in self.topology.neighbours(i) {
-                    sum -= self.shares[j as usize] * bent[j as usize];
+                for &j in around(i) {
+                    sum -= shared[j as usize];
                 }
                 image[i] = smooth * sum + block[i] * direction[i];
                 curvature += image[i].dot(direction[i]);
@@ -220,9 +265,8 @@ impl Warp {
             }
             let step = product / curvature;
             let (mut left, mut next) = (0.0, 0.0);
-            for &i in region.iter() {
-                let i = i as usize;
-                warp[i] += step * direction[i];
+            for i in 0..count {
+                warp[region[i] as usize] += step * direction[i];
                 residual[i] -= step * image[i];
                 preconditioned[i] = inverse[i] * residual[i];
                 left += residual[i].length_squared();
@@ -233,8 +277,7 @@ impl Warp {
             }
             let keep = next / product;
             product = next;
-            for &i in region.iter() {
-                let i = i as usize;
+            for i in 0..count {
                 direction[i] = preconditioned[i] + keep * direction[i];
             }
         }
