@@ -402,9 +402,9 @@ impl Learner<'_> {
     }
 }
 
-/// Part of the sum of squares of all ψ that is enough (see [`amplitude_bound`]): with it the shorts and T-shirts that ship
-/// keep 85 % and more of the mean curvature of held-out simulations.
-const ENOUGH_SPREAD: f64 = 0.785;
+/// Part of the sum of squares of all ψ that is enough (see [`amplitude_bound`]). Wrinkles in the wrong place are millimetres
+/// off, as the coarse deformation holds the cloth; so nearly all of their spread is shown.
+const ENOUGH_SPREAD: f64 = 0.95;
 
 /// For every ψ the factor, at least one and at most `bound`, that gives its runs (sum of squares `made`) the spread of the
 /// truth.
@@ -600,7 +600,7 @@ mod tests {
         assert!((1.0..1.01).contains(&factors[0]), "{factors:?}");
         assert!((factors[1] - 2.0).abs() < 1e-12, "a fold that is there gets its whole spread: {factors:?}");
         assert!(factors[2] < (truth[2] / made[2]).sqrt(), "{factors:?}");
-        assert!((0.78..0.88).contains(&(shown(&factors) / 10.0)), "{factors:?}");
+        assert!((0.94..1.0).contains(&(shown(&factors) / 10.0)), "{factors:?}");
         assert!((amplitude_bound(&truth, &made, 3.0) - 3.0).abs() < 1e-12);
         assert!(bounded_amplitudes(&truth, &made, 1.0).iter().all(|factor| (factor - 1.0).abs() < 1e-12));
     }

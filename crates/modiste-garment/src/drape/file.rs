@@ -82,10 +82,10 @@ impl DrapeModel {
             writer.add_f64("pose_reach", &[1], vec![kernel.reach()]);
         }
         for (block, matrix) in BLOCKS.into_iter().zip(dynamics.matrices()) {
-            writer.add_f64(block, &[matrix.rows, matrix.cols], matrix.data);
+            writer.add_f32(block, &[matrix.rows, matrix.cols], single(&matrix));
         }
         let fixed = &dynamics.static_coefficients;
-        writer.add_f64("static", &[fixed.rows, fixed.cols], fixed.data.clone());
+        writer.add_f32("static", &[fixed.rows, fixed.cols], single(fixed));
         writer.add_f64("amplitudes", &[dynamics.amplitudes().len()], dynamics.amplitudes().to_vec());
         Ok(writer.to_bytes(name)?)
     }
@@ -228,6 +228,11 @@ impl DrapeModel {
     }
 }
 
+/// Coefficients of regressions are kept in single precision; what they were learned from has no more.
+fn single(matrix: &Matrix) -> Vec<f32> {
+    matrix.data.iter().map(|&value| value as f32).collect()
+}
+
 fn part_bytes(parts: &[Part]) -> Vec<u8> {
     parts.iter().map(|part| part.index() as u8).collect()
 }
@@ -290,7 +295,6 @@ fn add_coarse(writer: &mut Writer<'_>, coarse: &CoarseModel) {
     writer.add_u8("coarse_parts", &[coarse.inputs.parts().len()], part_bytes(coarse.inputs.parts()));
     writer.add_f64("coarse_length", &[1], vec![coarse.length]);
     writer.add_f64("coarse_held_out_error", &[1], vec![coarse.held_out_error]);
-    let single = |matrix: &Matrix| matrix.data.iter().map(|&value| value as f32).collect::<Vec<_>>();
     for (name, regression) in REGRESSIONS.into_iter().zip([&coarse.dynamic, &coarse.fixed]) {
         let KernelRegression { centres, reach, weights, mean } = regression;
         writer.add_f32(&format!("{name}_centres"), &[centres.rows, centres.cols], single(centres));
@@ -314,10 +318,7 @@ fn read_coarse(file: &ModelFile, name: &str, garment: &Garment) -> Result<Option
     let length = positive(file, name, "coarse_length")?;
     let regression = |prefix: &str, input_count: usize| {
         let centre_count = file.dimension(&format!("{prefix}_centres"))?;
-        let matrix = |tensor: &str, rows: usize, cols: usize| {
-            let values = file.f32(&format!("{prefix}_{tensor}"), &[rows, cols])?;
-            Ok::<_, GarmentError>(Matrix { rows, cols, data: values.into_iter().map(f64::from).collect() })
-        };
+        let matrix = |tensor: &str, rows, cols| single_matrix(file, &format!("{prefix}_{tensor}"), rows, cols);
         let reach = positive(file, name, &format!("{prefix}_reach"))?;
         Ok::<_, GarmentError>(KernelRegression {
             centres: matrix("centres", centre_count, input_count)?,
@@ -409,12 +410,16 @@ fn read_dynamics(file: &ModelFile, name: &str, wrinkles: usize) -> Result<Dynami
     let mut rows = Vec::new();
     let counts = [1, pose, wrinkles, wrinkles, change, change, inputs.memory_count()];
     for (block, count) in BLOCKS.into_iter().zip(counts) {
-        rows.extend(file.f64(block, &[count, wrinkles])?);
+        rows.extend(file.f32(block, &[count, wrinkles])?.into_iter().map(f64::from));
     }
     let coefficients = Matrix { rows: rows.len() / wrinkles.max(1), cols: wrinkles, data: rows };
-    let static_coefficients = matrix(file, "static", 1 + pose, wrinkles)?;
+    let static_coefficients = single_matrix(file, "static", 1 + pose, wrinkles)?;
     let amplitudes = file.f64("amplitudes", &[wrinkles])?;
     Ok(Dynamics::new(inputs, coefficients, static_coefficients).with_amplitudes(amplitudes))
+}
+
+fn single_matrix(file: &ModelFile, name: &str, rows: usize, cols: usize) -> Result<Matrix, GarmentError> {
+    Ok(Matrix { rows, cols, data: file.f32(name, &[rows, cols])?.into_iter().map(f64::from).collect() })
 }
 
 fn matrix(file: &ModelFile, name: &str, rows: usize, cols: usize) -> Result<Matrix, GarmentError> {

@@ -33,8 +33,8 @@ impl Default for WrinkleOptions {
         Self {
             variance: 0.95,
             min_count: 30,
-            max_count: 165,
-            pattern_count: 16,
+            max_count: 120,
+            pattern_count: 8,
             area_weighted: false,
             blend_width: 0.05,
         }

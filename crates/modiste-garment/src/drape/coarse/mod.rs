@@ -35,7 +35,7 @@ pub struct CoarseOptions {
 
 impl Default for CoarseOptions {
     fn default() -> Self {
-        Self { count: 80, centres: 400, length: 0.05 }
+        Self { count: 60, centres: 400, length: 0.05 }
     }
 }
 
