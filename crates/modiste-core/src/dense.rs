@@ -115,6 +115,11 @@ impl Matrix {
         (0..self.rows).map(|row| self.row(row).iter().zip(x).map(|(a, b)| a * b).sum()).collect()
     }
 
+    /// Rounds every entry to single precision, in which models are stored.
+    pub fn round_to_single(&mut self) {
+        self.data.iter_mut().for_each(|value| *value = f64::from(*value as f32));
+    }
+
     /// Square root of the sum of the squares of the entries.
     pub fn frobenius_norm(&self) -> f64 {
         self.data.iter().map(|value| value * value).sum::<f64>().sqrt()

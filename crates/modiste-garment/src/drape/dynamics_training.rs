@@ -204,6 +204,10 @@ impl Learner<'_> {
             learned_spectral_radius,
             spectral_radius,
         };
+        // As the file keeps them.
+        let mut static_coefficients = static_coefficients;
+        coefficients.round_to_single();
+        static_coefficients.round_to_single();
         Ok((self.assemble(coefficients, &static_coefficients).with_amplitudes(amplitudes), training))
     }
 

@@ -95,8 +95,11 @@ impl KernelRegression {
                 best = Some((error, Self { centres: centres.clone(), reach, weights, mean: mean.clone() }));
             }
         }
-        let (error, regression) =
+        let (error, mut regression) =
             best.ok_or_else(|| GarmentError::data("pose training set", "finite coefficients", "others"))?;
+        // As the file keeps them.
+        regression.centres.round_to_single();
+        regression.weights.round_to_single();
         Ok((regression, if variance > 0.0 { error / variance } else { 0.0 }))
     }
 
