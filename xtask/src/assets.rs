@@ -16,7 +16,7 @@ pub(crate) const GARMENTS: [(&str, usize); 5] =
 /// Bodies of each gender.
 const POPULATION: usize = 1000;
 /// Bodies that each garment is draped over.
-const DRAPED_BODIES: usize = 64;
+const DRAPED_BODIES: usize = 90;
 /// Seeds of the population and of the draped bodies.
 const POPULATION_SEED: u64 = 2012;
 const GARMENT_SEED: u64 = 1;
@@ -61,6 +61,14 @@ pub(crate) fn population_file(gender: Gender) -> PathBuf {
 /// The training set of a garment.
 pub(crate) fn training_folder(gender: Gender, garment: &str) -> PathBuf {
     workspace_root().join("training/garments").join(format!("{}-{garment}", gender.name()))
+}
+
+/// The training sets that are there, whole, and the names of those that are not.
+pub(crate) fn training_sets() -> (Vec<(Gender, &'static str)>, Vec<String>) {
+    let all = Gender::ALL.into_iter().flat_map(|gender| GARMENTS.map(|(garment, _)| (gender, garment)));
+    let is_there = |(gender, garment)| modiste_io::exists(training_folder(gender, garment).join("shapes.npz"));
+    let (found, missing): (Vec<_>, Vec<_>) = all.partition(|&garment| is_there(garment));
+    (found, missing.into_iter().map(|(gender, garment)| format!("{} {garment}", gender.name())).collect())
 }
 
 /// Where garments at the resolution of the paper lie, and what they are learned from.

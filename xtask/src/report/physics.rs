@@ -12,7 +12,7 @@ use modiste_cloth::validate::figures;
 use serde::{Deserialize, Serialize};
 
 use super::page::{Page, rounded};
-use crate::assets::{GARMENTS, body_file, training_folder};
+use crate::assets::{GARMENTS, body_file, training_folder, training_sets};
 
 /// 99th percentile of the edge stretch that training poses may have.
 const STRETCH_LIMIT: f64 = 0.08;
@@ -63,7 +63,7 @@ pub(super) fn measure() -> Result<Page> {
          derivatives of the energies against finite differences are tests of `modiste-cloth`.",
     );
     closed_forms(&mut page)?;
-    training_sets(&mut page)?;
+    as_simulated(&mut page)?;
     costs(&mut page)?;
     Ok(page)
 }
@@ -101,36 +101,33 @@ fn closed_forms(page: &mut Page) -> Result<()> {
     page.figures("closed_forms", &found)
 }
 
-fn training_sets(page: &mut Page) -> Result<()> {
+fn as_simulated(page: &mut Page) -> Result<()> {
     let mut rows = Vec::new();
-    for gender in Gender::ALL {
-        for (garment, _) in GARMENTS {
-            let manifest: Manifest = modiste_io::json::read(training_folder(gender, garment).join("manifest.json"))?;
-            let name = format!("{} {garment}", gender.name());
-            let poses = || manifest.sequences.iter().filter(|entry| entry.kind == "pose");
-            let frames: usize = poses().map(|entry| entry.frames).sum();
-            let stretch = poses().map(|entry| entry.stretch).fold(0.0, f64::max);
-            let inside = poses().map(|entry| entry.inside).max().unwrap_or(0);
-            page.at_most(
-                &format!("{name}: 99th percentile of edge stretch"),
-                100.0 * stretch,
-                100.0 * STRETCH_LIMIT,
-                "%",
-            );
-            page.at_most(&format!("{name}: vertices inside the body"), inside as f64, 0.0, "");
-            page.at_least(&format!("{name}: frames of motion"), frames as f64, 700.0, "");
-            for entry in poses() {
-                rows.push([
-                    name.clone(),
-                    entry.name.clone(),
-                    entry.frames.to_string(),
-                    rounded(100.0 * entry.stretch),
-                    entry.inside.to_string(),
-                ]);
-            }
-            for dropped in &manifest.dropped {
-                page.paragraph(format!("{name}: {} was left out: {}", dropped.name, dropped.why));
-            }
+    let (sets, missing) = training_sets();
+    if !missing.is_empty() {
+        page.paragraph(format!("Without a training set on this machine: {}.", missing.join(", ")));
+    }
+    for (gender, garment) in sets {
+        let manifest: Manifest = modiste_io::json::read(training_folder(gender, garment).join("manifest.json"))?;
+        let name = format!("{} {garment}", gender.name());
+        let poses = || manifest.sequences.iter().filter(|entry| entry.kind == "pose");
+        let frames: usize = poses().map(|entry| entry.frames).sum();
+        let stretch = poses().map(|entry| entry.stretch).fold(0.0, f64::max);
+        let inside = poses().map(|entry| entry.inside).max().unwrap_or(0);
+        page.at_most(&format!("{name}: 99th percentile of edge stretch"), 100.0 * stretch, 100.0 * STRETCH_LIMIT, "%");
+        page.at_most(&format!("{name}: vertices inside the body"), inside as f64, 0.0, "");
+        page.at_least(&format!("{name}: frames of motion"), frames as f64, 700.0, "");
+        for entry in poses() {
+            rows.push([
+                name.clone(),
+                entry.name.clone(),
+                entry.frames.to_string(),
+                rounded(100.0 * entry.stretch),
+                entry.inside.to_string(),
+            ]);
+        }
+        for dropped in &manifest.dropped {
+            page.paragraph(format!("{name}: {} was left out: {}", dropped.name, dropped.why));
         }
     }
     page.table(&["garment", "motion", "frames", "stretch (%)", "inside"], rows);

@@ -32,9 +32,9 @@ pub struct TrainingOptions {
 }
 
 impl TrainingOptions {
-    /// The usual set of a garment: 64 bodies of 20 coefficients.
+    /// The usual set of a garment: 90 bodies of 20 coefficients.
     pub fn new(design: impl Into<Design>) -> Self {
-        Self { design: design.into(), body_count: 64, dimensions: 20, seed: 1, tailor: TailorOptions::default() }
+        Self { design: design.into(), body_count: 90, dimensions: 20, seed: 1, tailor: TailorOptions::default() }
     }
 }
 

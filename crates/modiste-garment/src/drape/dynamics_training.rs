@@ -407,8 +407,8 @@ impl Learner<'_> {
 }
 
 /// Part of the sum of squares of all ψ that is enough (see [`amplitude_bound`]). Wrinkles in the wrong place are millimetres
-/// off, as the coarse deformation holds the cloth; so nearly all of their spread is shown.
-const ENOUGH_SPREAD: f64 = 0.95;
+/// off, as the coarse deformation holds the cloth; so most of their spread is shown. With all of it, folds that the pose does not foretell make shorts crumpled.
+const ENOUGH_SPREAD: f64 = 0.87;
 
 /// For every ψ the factor, at least one and at most `bound`, that gives its runs (sum of squares `made`) the spread of the
 /// truth.
@@ -604,7 +604,7 @@ mod tests {
         assert!((1.0..1.01).contains(&factors[0]), "{factors:?}");
         assert!((factors[1] - 2.0).abs() < 1e-12, "a fold that is there gets its whole spread: {factors:?}");
         assert!(factors[2] < (truth[2] / made[2]).sqrt(), "{factors:?}");
-        assert!((0.94..1.0).contains(&(shown(&factors) / 10.0)), "{factors:?}");
+        assert!((0.86..0.95).contains(&(shown(&factors) / 10.0)), "{factors:?}");
         assert!((amplitude_bound(&truth, &made, 3.0) - 3.0).abs() < 1e-12);
         assert!(bounded_amplitudes(&truth, &made, 1.0).iter().all(|factor| (factor - 1.0).abs() < 1e-12));
     }

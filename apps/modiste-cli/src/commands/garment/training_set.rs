@@ -17,7 +17,7 @@ pub(crate) struct TrainingArguments {
     #[arg(long, value_enum, default_value = "female")]
     gender: GenderName,
     /// Number of bodies that are dressed.
-    #[arg(long, default_value_t = 64)]
+    #[arg(long, default_value_t = 90)]
     bodies: usize,
     /// Seed of their shapes, and of how slim or loose the garment is cut for each.
     #[arg(long, default_value_t = 1)]
