@@ -60,7 +60,8 @@ pub(crate) fn measure() -> Result<Page> {
         let blender = BLENDER.iter().find(|(size, _)| cost.vertices.abs_diff(*size) < size / 10);
         let blender = blender.map_or_else(|| "–".to_owned(), |(_, seconds)| rounded(*seconds));
         let times = [cost.median_seconds, cost.slow_seconds].map(rounded);
-        let grown = if index % SIZES.len() == 0 { "–".to_owned() } else { rounded(power(&costs[index - 1], cost)) };
+        let grown =
+            if index.is_multiple_of(SIZES.len()) { "–".to_owned() } else { rounded(power(&costs[index - 1], cost)) };
         [vec![cost.scene.to_owned(), cost.vertices.to_string()], times.to_vec(), vec![grown, blender]].concat()
     };
     let header = ["scene", "vertices", "frame (s)", "95 % below (s)", "grows with the power", "Blender (s)"];
