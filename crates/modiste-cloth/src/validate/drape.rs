@@ -13,7 +13,7 @@ use crate::{BodyCollider, ClothError, ClothModel, ClothState, Fabric, Solver, So
 const DISC: f64 = 0.15;
 const PLATE: f64 = 0.09;
 
-/// Rings of the disc on which the plate's rim lies: three of five.
+/// Rings of the disc that are held: three of five.
 const RINGS_OF_PLATE: [usize; 2] = [3, 5];
 
 /// Side of a pixel of the shadow (m).
@@ -133,13 +133,23 @@ fn pinned_rings(rings: usize) -> usize {
     rings * RINGS_OF_PLATE[0] / RINGS_OF_PLATE[1]
 }
 
+/// Radius (m) of a ring of the disc. The bend at the last held ring stands for half an edge before and behind it, so that the cloth
+/// is clamped half an edge within: there the plate ends. With the ring itself on the plate's rim, a coarse disc hangs over
+/// by half an edge more.
+fn radius(ring: usize, rings: usize) -> f64 {
+    let held = pinned_rings(rings);
+    let outer = (DISC - PLATE) / ((rings - held) as f64 + 0.5);
+    let last_held = PLATE + 0.5 * outer;
+    if ring <= held { last_held * ring as f64 / held as f64 } else { last_held + outer * (ring - held) as f64 }
+}
+
 /// A flat disc (m): a middle and rings of 6, 12, 18 … vertices, the rim last.
 fn disc(rings: usize) -> (Vec<Vec2>, Arc<Topology>) {
     let mut points = vec![Vec2::ZERO];
     for ring in 1..=rings {
         for side in 0..6 * ring {
             let angle = std::f64::consts::TAU * side as f64 / (6 * ring) as f64;
-            points.push(DISC * ring as f64 / rings as f64 * Vec2::from_angle(angle));
+            points.push(radius(ring, rings) * Vec2::from_angle(angle));
         }
     }
     let first = |ring: usize| if ring == 0 { 0 } else { 1 + 3 * ring * (ring - 1) };
