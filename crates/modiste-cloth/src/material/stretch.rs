@@ -57,6 +57,9 @@ const MAX_CROSS_SHARE: f64 = 0.9;
 /// Share of a stretch by which slack cloth may draw in across it.
 const MAX_CONTRACTION: f64 = 0.5;
 
+/// Most rounds of Newton's method for a free strip.
+const STRIP_ROUNDS: usize = 60;
+
 /// Green strain of the outer rows of the measured table: a stretch of 7/6.
 const TABLE_STRAIN: f64 = (49.0 / 36.0 - 1.0) / 2.0;
 
@@ -159,6 +162,49 @@ impl Stretch {
         (stress, tangent)
     }
 
+    /// Force per width (N/m) of a long strip cut at `angle` (rad) from the weft and pulled to `stretch` times its length, free to
+    /// narrow and to shear: `λ ∂W/∂E_dd` where the energy is least over the other strains.
+    pub fn strip_force(&self, angle: f64, stretch: f64) -> f64 {
+        let (sin, cos) = angle.sin_cos();
+        // Unit strains along the strip, across it, and of shear, in Voigt order.
+        let along = [cos * cos, sin * sin, 2.0 * sin * cos];
+        let free = [
+            [sin * sin, cos * cos, -2.0 * sin * cos],
+            [-2.0 * sin * cos, 2.0 * sin * cos, 2.0 * (2.0 * cos * cos - 1.0)],
+        ];
+        let pulled = 0.5 * (stretch * stretch - 1.0);
+        let strain = |u: [f64; 2]| -> Voigt {
+            std::array::from_fn(|i| pulled * along[i] + u[0] * free[0][i] + u[1] * free[1][i])
+        };
+        let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        let mut u = [0.0; 2];
+        for _ in 0..STRIP_ROUNDS {
+            let (stress, tangent) = self.stress_and_tangent(&strain(u));
+            let slope = free.map(|v| dot(&stress, &v));
+            let curved = free.map(|v| tangent.map(|row| dot(&row, &v)));
+            let [a, b, d] = [dot(&curved[0], &free[0]), dot(&curved[0], &free[1]), dot(&curved[1], &free[1])];
+            let determinant = a * d - b * b;
+            let step = [(d * slope[0] - b * slope[1]) / determinant, (a * slope[1] - b * slope[0]) / determinant];
+            // The energy is convex; half steps keep Newton's method from going back and forth over its kinks.
+            let before = self.energy(&strain(u));
+            let mut share = 1.0;
+            let mut next = u;
+            while share > 1e-9 {
+                next = [u[0] - share * step[0], u[1] - share * step[1]];
+                if self.energy(&strain(next)) <= before {
+                    break;
+                }
+                share *= 0.5;
+            }
+            let moved = (next[0] - u[0]).abs() + (next[1] - u[1]).abs();
+            u = next;
+            if moved < 1e-13 {
+                break;
+            }
+        }
+        stretch * dot(&self.stress_and_tangent(&strain(u)).0, &along)
+    }
+
     fn limit_strain(&self) -> f64 {
         0.5 * (self.limit * self.limit - 1.0)
     }
@@ -251,6 +297,19 @@ mod tests {
         assert!(tangent[0][0] * tangent[1][1] > tangent[0][1] * tangent[0][1]);
         assert!(Stretch { compression: 0.0, ..law }.check().is_err());
         assert!(Stretch { compression: 0.01, ..law }.check().is_err(), "indefinite");
+    }
+
+    #[test]
+    fn a_free_strip_of_an_isotropic_law_has_youngs_modulus_in_every_direction() {
+        let law = Stretch::isotropic(120.0, 0.3);
+        for angle in [0.0, 0.3, std::f64::consts::FRAC_PI_4, 1.2] {
+            let green = 0.5 * (1.1 * 1.1 - 1.0);
+            let force = law.strip_force(angle, 1.1);
+            assert!((force / (1.1 * 120.0 * green) - 1.0).abs() < 1e-9, "{angle}: {force}");
+        }
+        // Less compression left than tension: across the strip it gives way, along it nothing changes without coupling.
+        let uncoupled = Stretch::isotropic(120.0, 0.0).with_compression(0.1);
+        assert!((uncoupled.strip_force(0.0, 1.05) / (1.05 * 120.0 * 0.051_25) - 1.0).abs() < 1e-9);
     }
 
     #[test]

@@ -16,4 +16,4 @@ pub use error::TrainingError;
 pub use generate::{Dropped, Summary, TrainingOptions, generate};
 pub use import::{ImportedMotion, ImportedShape, Importer};
 pub use sequences::{HELD_OUT_CLIPS, Sequence, TRAINING_CLIPS, Window, held_out_sequences, training_sequences};
-pub use wardrobe::{Simulation, Wardrobe};
+pub use wardrobe::{Simulation, Wardrobe, simulated_frames};

@@ -247,7 +247,7 @@ pub(super) fn anchored(vertices: &[u32], positions: &[Vec3], body: &Mannequin) -
 }
 
 /// How many frames simulating a motion takes, its lead-in among them.
-pub(super) fn simulated_frames(motion: &Motion) -> usize {
+pub fn simulated_frames(motion: &Motion) -> usize {
     motion.frames.len() + LEAD_IN_FRAMES + EASE_IN_FRAMES / 2 - 1
 }
 

@@ -11,7 +11,7 @@ mod sheet;
 mod strips;
 mod wear;
 
-pub use drape::{DrapeRun, drape};
+pub use drape::{DrapeOptions, DrapeRun, drape};
 pub use dynamics::{Conservation, Convergence, conservation, convergence};
 pub use fabrics::{BendTest, Cut, StripTest, bend_test, strip_test};
 pub use friction::{Incline, incline};

@@ -25,6 +25,9 @@ impl Comparison {
 
 const GRAVITY: f64 = 9.81;
 
+/// Cells along a strip that is bent.
+const CELLS: usize = 40;
+
 /// Elongation (m) of a strip that hangs by one end: `ρ g L² / (2 E)`.
 ///
 /// # Errors
@@ -106,17 +109,19 @@ pub fn cantilever(rigidity: f64) -> Result<Comparison, ClothError> {
 /// Sag (m) of a strip of `length` (m) cut at `angle` (rad) from the weft and held level at one end, beside that of the elastica
 /// of bending rigidity `rigidity` (N·m).
 pub(super) fn sag_of_strip(fabric: &Fabric, angle: f64, length: f64, rigidity: f64) -> Result<Comparison, ClothError> {
-    const CELLS: usize = 40;
-    let cell = length / CELLS as f64;
     let mut sheet = Sheet::cut_at(angle, Vec2::new(0.3 * length, length), [10, CELLS], fabric)?;
     sheet.model.pins = [sheet.row(0), sheet.row(1)].concat();
     let options = SolverOptions { gravity: [0.0, 0.0, -GRAVITY], ..static_options() };
     let mut solver = Solver::new(&sheet.model, options);
     sheet.rest(&mut solver, &mut BodyCollider::none(), (200, 1e-5))?;
+    Ok(Comparison::new(-sheet.row_centre(sheet.rows).z, expected_sag(fabric, length, rigidity)))
+}
+
+/// Sag (m) of the elastica of bending rigidity `rigidity` (N·m) that stands for the strip of [`sag_of_strip`].
+pub(super) fn expected_sag(fabric: &Fabric, length: f64, rigidity: f64) -> f64 {
     // The bend at the second row stands for half a cell before and behind it, so the clamp is between the pinned rows.
-    let free = length - 0.5 * cell;
-    let expected = elastica_sag(free, fabric.density * GRAVITY / rigidity);
-    Ok(Comparison::new(-sheet.row_centre(sheet.rows).z, expected))
+    let free = length - 0.5 * length / CELLS as f64;
+    elastica_sag(free, fabric.density * GRAVITY / rigidity)
 }
 
 /// Sag of the tip of the heavy elastica of length `length` (m) with weight over rigidity `load` (1/m³).

@@ -2,5 +2,6 @@
 
 pub(super) mod convergence;
 pub(super) mod cost;
+mod discs;
 pub(super) mod fabrics;
 pub(super) mod wear;
