@@ -41,9 +41,8 @@ pub(crate) fn measure() -> Result<Page> {
          from the first thread (`conf.cpp` and `dde.cpp` of the authors' ARCSim), and moduli go in proportion to the stretch \
          between them. ARCSim doubles the moduli, takes negative ones for zero, and computes forces from the stress \
          S11 = k0 E11 + k1 E22, S22 = k1 E11 + k2 E22, S12 = k3 E12 (`physics.cpp`). Its own files for paper and aluminium have k3 = k0 and \
-         k1 = 0, an isotropic sheet under this reading and under no other. In a bias strip of cloth with unequal threads the \
-         largest strain turns away from 45 degrees, which is left out here: looked up in full the file's force is up to 14 % \
-         less along the bias, 29 % for tango-red-jet-set.",
+         k1 = 0, an isotropic sheet under this reading, and not with half the shear. In a bias strip of cloth with unequal threads the \
+         largest strain turns away from 45 degrees, which is left out here: looked up in full the file's force along the bias differs by up to 16 %, by 22 % for tango-red-jet-set.",
     );
     page.paragraph(
         "Along the bias our law misses the file, for two reasons of its own. It takes the shear modulus for half of what the file \
