@@ -93,7 +93,10 @@ fn numbers_that_no_adult_has_are_refused() {
 
 #[test]
 fn unknown_garments_and_absent_files_are_named() {
-    refused(&["dress", "--garments", "cape"], "no garment `cape` for a female body; known: longsleeve, pants, shorts, skirt, tshirt");
+    refused(
+        &["dress", "--garments", "cape"],
+        "no garment `cape` for a female body; known: longsleeve, pants, shorts, skirt, tshirt",
+    );
     refused(&["dress", "--garments", "shorts,shorts"], "shorts is worn twice");
     refused(&["dress", "--motion", "absent.bvh"], "absent.bvh");
     refused(&["body", "measure", "absent.obj"], "absent.obj");
