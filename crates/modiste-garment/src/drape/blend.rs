@@ -1,8 +1,8 @@
 //! How much each face of a garment turns with each part of the body.
 
-use modiste_body::Part;
 use modiste_body::scape::RotationBlend;
-use modiste_core::{SparseCholesky, vertex_areas};
+use modiste_body::{Part, Pose};
+use modiste_core::{Mat3, Quat, SparseCholesky, vertex_areas};
 
 use super::training_set::Garment;
 use crate::GarmentError;
@@ -70,6 +70,26 @@ pub(crate) fn blend_parts(garment: &Garment, width: f64) -> Result<PartBlend, Ga
         faces: RotationBlend::from_part_weights(&of_faces, FAINT),
         vertices: RotationBlend::from_part_weights(&of_vertices, FAINT),
     })
+}
+
+/// The rotations of faces or vertices in one pose.
+#[derive(Debug, Clone)]
+pub(crate) struct Turns<'a> {
+    blend: &'a RotationBlend,
+    quaternions: [Quat; Part::COUNT],
+    matrices: [Mat3; Part::COUNT],
+}
+
+impl<'a> Turns<'a> {
+    pub(crate) fn new(blend: &'a RotationBlend, pose: &Pose) -> Self {
+        let quaternions = pose.world_quaternions();
+        Self { blend, quaternions, matrices: quaternions.map(Mat3::from_quat) }
+    }
+
+    /// From the template to the world, for one face or vertex.
+    pub(crate) fn rotation(&self, index: usize) -> Mat3 {
+        self.blend.rotation(index, &self.quaternions, &self.matrices)
+    }
 }
 
 /// The share of the faces around a vertex that follow a part.

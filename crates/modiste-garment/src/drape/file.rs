@@ -11,7 +11,7 @@ use modiste_io::model::{Header, ModelFile, Writer};
 
 use super::basis::GradientBasis;
 use super::blend::blend_parts;
-use super::coarse::{CoarseModel, CoarseParts, KernelRegression, MotionInputs};
+use super::coarse::{CoarseModel, KernelRegression, Learned, MotionInputs};
 use super::dynamics::Dynamics;
 use super::features::{InputOptions, PoseInputs};
 use super::gradient::{PER_FACE, TangentFrames};
@@ -72,7 +72,7 @@ impl DrapeModel {
         writer.add_f64("anchor_offset", &[offsets.rows, offsets.cols], offsets.data.clone());
         add_space(&mut writer, "wrinkle", (&wrinkle.mean, &wrinkle.basis), &wrinkle.std_devs, wrinkle.total_variance);
         if let Some(coarse) = &self.coarse {
-            add_coarse(&mut writer, coarse);
+            add_coarse(&mut writer, &coarse.learned);
         }
         writer.add_f64("wrinkle_held_out_loss", &[1], vec![wrinkle.held_out_loss]);
         writer.add_u8("pose_parts", &[dynamics.inputs.parts().len()], part_bytes(dynamics.inputs.parts()));
@@ -107,9 +107,9 @@ impl DrapeModel {
             ("pose_parts", dynamics.inputs.parts().len()),
             ("pose_centres", dynamics.inputs.kernel().map_or(0, PoseKernel::count)),
             ("coarse", self.coarse.as_ref().map_or(0, CoarseModel::count)),
-            ("coarse_parts", self.coarse.as_ref().map_or(0, |coarse| coarse.inputs.parts().len())),
-            ("coarse_centres", self.coarse.as_ref().map_or(0, |coarse| coarse.dynamic.centres.rows)),
-            ("coarse_static_centres", self.coarse.as_ref().map_or(0, |coarse| coarse.fixed.centres.rows)),
+            ("coarse_parts", self.coarse.as_ref().map_or(0, |coarse| coarse.learned.inputs.parts().len())),
+            ("coarse_centres", self.coarse.as_ref().map_or(0, |coarse| coarse.learned.dynamic.centres.rows)),
+            ("coarse_static_centres", self.coarse.as_ref().map_or(0, |coarse| coarse.learned.fixed.centres.rows)),
         ];
         let attributes = [
             (VERSION, CURRENT.to_owned()),
@@ -202,7 +202,7 @@ impl DrapeModel {
             total_variance,
         };
         let coarse = read_coarse(file, name, &garment)?
-            .map(|parts| CoarseModel::assemble(&garment, blend.vertices, parts))
+            .map(|learned| CoarseModel::assemble(&garment, blend.vertices, learned))
             .transpose()?;
         let dynamics = read_dynamics(file, name, wrinkles)?;
         let fps = parsed(file, name, "fps", "a positive number", |&fps: &f64| fps.is_finite() && fps > 0.0)?;
@@ -287,7 +287,7 @@ fn read_space(
 /// Names of the regressions of the coarse deformation: from all inputs, and from the pose alone.
 const REGRESSIONS: [&str; 2] = ["coarse", "coarse_static"];
 
-fn add_coarse(writer: &mut Writer<'_>, coarse: &CoarseModel) {
+fn add_coarse(writer: &mut Writer<'_>, coarse: &Learned) {
     let basis = &coarse.basis;
     writer.add_f32("coarse_mean", &[coarse.mean.len()], coarse.mean.clone());
     writer.add_f32("coarse_move_scales", &[basis.count()], basis.scales().to_vec());
@@ -305,7 +305,7 @@ fn add_coarse(writer: &mut Writer<'_>, coarse: &CoarseModel) {
 }
 
 /// `None` for the model of the paper.
-fn read_coarse(file: &ModelFile, name: &str, garment: &Garment) -> Result<Option<CoarseParts>, GarmentError> {
+fn read_coarse(file: &ModelFile, name: &str, garment: &Garment) -> Result<Option<Learned>, GarmentError> {
     let count = file.dimension("coarse")?;
     if count == 0 {
         return Ok(None);
@@ -327,7 +327,7 @@ fn read_coarse(file: &ModelFile, name: &str, garment: &Garment) -> Result<Option
             reach,
         })
     };
-    Ok(Some(CoarseParts {
+    Ok(Some(Learned {
         mean: file.f32("coarse_mean", &[width])?,
         basis,
         dynamic: regression(REGRESSIONS[0], inputs.count())?,

@@ -203,7 +203,7 @@ impl DrapeModel {
     /// Part of the variance of the coarse deformation on held-out motions that its regression misses; `None` where there is
     /// no coarse deformation.
     pub fn coarse_held_out_error(&self) -> Option<f64> {
-        self.coarse.as_ref().map(|coarse| coarse.held_out_error)
+        self.coarse.as_ref().map(|coarse| coarse.learned.held_out_error)
     }
 
     /// Frames a second of the motions that it was learned from; it must be run at the same rate.

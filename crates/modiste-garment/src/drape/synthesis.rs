@@ -98,8 +98,8 @@ struct Course {
 impl Course {
     fn new(coarse: &CoarseModel, vertex_count: usize) -> Self {
         Self {
-            state: coarse.inputs.start(),
-            inputs: vec![0.0; coarse.inputs.count()],
+            state: coarse.learned.inputs.start(),
+            inputs: vec![0.0; coarse.learned.inputs.count()],
             coefficients: vec![0.0; coarse.count()],
             scratch: Vec::new(),
             places: vec![Vec3::ZERO; vertex_count],
@@ -108,11 +108,14 @@ impl Course {
 
     /// Foretells κ of the next frame.
     fn step(&mut self, coarse: &CoarseModel, kind: Wrinkles, pose: &Pose) {
-        coarse.inputs.step(&mut self.state, pose, &mut self.inputs);
+        coarse.learned.inputs.step(&mut self.state, pose, &mut self.inputs);
         match kind {
-            Wrinkles::Dynamic => coarse.dynamic.predict(&self.inputs, &mut self.coefficients),
+            Wrinkles::Dynamic => coarse.learned.dynamic.predict(&self.inputs, &mut self.coefficients),
             Wrinkles::Static => {
-                coarse.fixed.predict(&self.inputs[..coarse.inputs.pose_count()], &mut self.coefficients);
+                coarse
+                    .learned
+                    .fixed
+                    .predict(&self.inputs[..coarse.learned.inputs.pose_count()], &mut self.coefficients);
             }
         }
     }
@@ -171,7 +174,7 @@ impl Synthesis {
     pub fn restart(&mut self) {
         self.state = self.model.dynamics.start();
         if let (Some(course), Some(coarse)) = (&mut self.course, &self.model.coarse) {
-            course.state = coarse.inputs.start();
+            course.state = coarse.learned.inputs.start();
         }
     }
 

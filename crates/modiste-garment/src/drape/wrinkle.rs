@@ -1,11 +1,12 @@
 //! How the garment changes with the pose of the body, beyond the rotation of its parts (DRAPE §4.3).
 
+use modiste_body::Pose;
 use modiste_body::scape::RotationBlend;
-use modiste_body::{Part, Pose};
-use modiste_core::{Mat3, Pca, Quat, Vec3, deformation_gradients};
+use modiste_core::{Mat3, Pca, Vec3, deformation_gradients};
 use rayon::prelude::*;
 
 use super::basis::{BasisScratch, GradientBasis};
+use super::blend::Turns;
 use super::gradient::{PER_FACE, TangentFrames, area_weights, gradient_of_tangents};
 use super::training_set::{Garment, PoseSequence, clips};
 use crate::GarmentError;
@@ -175,7 +176,7 @@ impl WrinkleModel {
     /// Writes the composed gradients `A = R Q D` of all faces. `shape_deformations` are D as
     /// [`TangentFrames::into_tangents`] gives them, `wrinkles` a flat row.
     pub(crate) fn compose(&self, pose: &Pose, shape_deformations: &[Mat3], wrinkles: &[f32], out: &mut [Mat3]) {
-        let turns = FaceTurns::new(&self.blend, pose);
+        let turns = Turns::new(&self.blend, pose);
         let faces = out.iter_mut().zip(shape_deformations).zip(wrinkles.as_chunks::<PER_FACE>().0).enumerate();
         for (face, ((out, shape_deformation), wrinkle)) in faces {
             *out = turns.rotation(face) * (gradient_of_tangents(wrinkle) * *shape_deformation);
@@ -219,26 +220,7 @@ fn enough(std_devs: &[f64], wanted: f64, min_count: usize) -> usize {
 /// a garment learned from people who walk towards +Z is wrong on those who walk towards +X. So Q is written in the frame
 /// that turns with the face, in the order of SCAPE, `A = R Q D`: sleeves keep their wrinkles as arms swing.
 pub fn wrinkle_gradients(garment: &Garment, blend: &RotationBlend, pose: &Pose, vertices: &[Vec3]) -> Vec<Mat3> {
-    let turns = FaceTurns::new(blend, pose);
+    let turns = Turns::new(blend, pose);
     let gradients = deformation_gradients(&garment.topology, &garment.template, vertices);
     gradients.iter().enumerate().map(|(face, gradient)| turns.rotation(face).transpose() * *gradient).collect()
-}
-
-/// The rotations R of the faces in one pose.
-#[derive(Debug, Clone)]
-struct FaceTurns<'a> {
-    blend: &'a RotationBlend,
-    quaternions: [Quat; Part::COUNT],
-    matrices: [Mat3; Part::COUNT],
-}
-
-impl<'a> FaceTurns<'a> {
-    fn new(blend: &'a RotationBlend, pose: &Pose) -> Self {
-        let quaternions = pose.world_quaternions();
-        Self { blend, quaternions, matrices: quaternions.map(Mat3::from_quat) }
-    }
-
-    fn rotation(&self, face: usize) -> Mat3 {
-        self.blend.rotation(face, &self.quaternions, &self.matrices)
-    }
 }

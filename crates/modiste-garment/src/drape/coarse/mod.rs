@@ -10,8 +10,8 @@
 mod inputs;
 mod regression;
 
+use modiste_body::Pose;
 use modiste_body::scape::RotationBlend;
-use modiste_body::{Part, Pose};
 use modiste_core::{Mat3, Matrix, Pca, QuantisedBasis, ScreenedReconstruction, Vec3};
 use rayon::prelude::*;
 
@@ -19,6 +19,7 @@ pub(crate) use inputs::{MotionInputs, MotionState};
 use regression::Frames;
 pub(crate) use regression::KernelRegression;
 
+use super::blend::Turns;
 use super::training_set::{Garment, PoseSequence, clips};
 use crate::GarmentError;
 
@@ -46,46 +47,26 @@ const MOST_FRAMES: usize = 3000;
 #[derive(Debug, Clone)]
 pub(crate) struct CoarseModel {
     blend: RotationBlend,
+    pub(crate) learned: Learned,
+    reconstruction: ScreenedReconstruction,
+}
+
+/// What is learned, and stored.
+#[derive(Debug, Clone)]
+pub(crate) struct Learned {
     /// Mean displacement (m), three numbers a vertex.
     pub(crate) mean: Vec<f32>,
+    /// Components of displacements (m), three numbers a vertex.
     pub(crate) basis: QuantisedBasis<i8>,
     pub(crate) inputs: MotionInputs,
     /// κ from pose, past and motion.
     pub(crate) dynamic: KernelRegression,
     /// κ from the pose alone.
     pub(crate) fixed: KernelRegression,
+    /// Length (m) between coarse and fine.
     pub(crate) length: f64,
+    /// Part of the variance of κ on held-out motions that `dynamic` misses.
     pub(crate) held_out_error: f64,
-    reconstruction: ScreenedReconstruction,
-}
-
-/// What the regressions of a file are put together from.
-pub(crate) struct CoarseParts {
-    pub(crate) mean: Vec<f32>,
-    pub(crate) basis: QuantisedBasis<i8>,
-    pub(crate) inputs: MotionInputs,
-    pub(crate) dynamic: KernelRegression,
-    pub(crate) fixed: KernelRegression,
-    pub(crate) length: f64,
-    pub(crate) held_out_error: f64,
-}
-
-/// The rotation of each vertex in one pose.
-struct Turns<'a> {
-    blend: &'a RotationBlend,
-    quaternions: [modiste_core::Quat; Part::COUNT],
-    matrices: [Mat3; Part::COUNT],
-}
-
-impl<'a> Turns<'a> {
-    fn new(blend: &'a RotationBlend, pose: &Pose) -> Self {
-        let quaternions = pose.world_quaternions();
-        Self { blend, quaternions, matrices: quaternions.map(Mat3::from_quat) }
-    }
-
-    fn world_from_vertex(&self, vertex: usize) -> Mat3 {
-        self.blend.rotation(vertex, &self.quaternions, &self.matrices)
-    }
 }
 
 impl CoarseModel {
@@ -131,30 +112,32 @@ impl CoarseModel {
             })
             .collect();
         let (fixed, _) = KernelRegression::fit(&fixed, options.centres)?;
-        let parts =
-            CoarseParts { mean: pca.mean, basis, inputs, dynamic, fixed, length: options.length, held_out_error };
-        Self::assemble(garment, blend, parts)
+        let length = options.length;
+        Self::assemble(
+            garment,
+            blend,
+            Learned { mean: pca.mean, basis, inputs, dynamic, fixed, length, held_out_error },
+        )
     }
 
-    /// Puts the learned parts together and factors the screened reconstruction.
-    pub(crate) fn assemble(garment: &Garment, blend: RotationBlend, parts: CoarseParts) -> Result<Self, GarmentError> {
-        let reconstruction = ScreenedReconstruction::new(&garment.topology, &garment.template, parts.length)
+    /// Puts what was learned together and factors the screened reconstruction.
+    pub(crate) fn assemble(garment: &Garment, blend: RotationBlend, learned: Learned) -> Result<Self, GarmentError> {
+        let reconstruction = ScreenedReconstruction::new(&garment.topology, &garment.template, learned.length)
             .map_err(GarmentError::solve("screened reconstruction"))?;
-        let CoarseParts { mean, basis, inputs, dynamic, fixed, length, held_out_error } = parts;
-        Ok(Self { blend, mean, basis, inputs, dynamic, fixed, length, held_out_error, reconstruction })
+        Ok(Self { blend, learned, reconstruction })
     }
 
     /// Number of coefficients κ.
     pub(crate) fn count(&self) -> usize {
-        self.basis.count()
+        self.learned.basis.count()
     }
 
     /// κ of a garment (m) whose form with mean wrinkles is `reference` (m), for its pose.
     pub(crate) fn coefficients_of(&self, pose: &Pose, reference: &[Vec3], vertices: &[Vec3]) -> Vec<f64> {
         let row = displacement(&self.blend, pose, reference, vertices);
-        let basis = self.basis.to_f32();
+        let basis = self.learned.basis.to_f32();
         let along = |component: &[f32]| {
-            let numbers = component.iter().zip(&row).zip(&self.mean);
+            let numbers = component.iter().zip(&row).zip(&self.learned.mean);
             numbers.map(|((b, u), mean)| f64::from(*b) * (f64::from(*u) - f64::from(*mean))).sum()
         };
         basis.chunks_exact(row.len().max(1)).map(along).collect()
@@ -162,11 +145,11 @@ impl CoarseModel {
 
     /// Moves the vertices of the garment with mean wrinkles (m) to the places that κ says.
     pub(crate) fn displace(&self, pose: &Pose, coefficients: &[f64], scratch: &mut Vec<f32>, places: &mut [Vec3]) {
-        scratch.resize(self.mean.len(), 0.0);
-        self.basis.expand(&self.mean, coefficients, scratch);
+        scratch.resize(self.learned.mean.len(), 0.0);
+        self.learned.basis.expand(&self.learned.mean, coefficients, scratch);
         let turns = Turns::new(&self.blend, pose);
         for (vertex, (place, way)) in places.iter_mut().zip(scratch.as_chunks::<3>().0).enumerate() {
-            *place += turns.world_from_vertex(vertex) * Vec3::from_array(way.map(f64::from));
+            *place += turns.rotation(vertex) * Vec3::from_array(way.map(f64::from));
         }
     }
 
@@ -207,8 +190,6 @@ fn displacements(
 fn displacement(blend: &RotationBlend, pose: &Pose, reference: &[Vec3], vertices: &[Vec3]) -> Vec<f32> {
     let turns = Turns::new(blend, pose);
     let ways = vertices.iter().zip(reference).enumerate();
-    ways.flat_map(|(vertex, (to, from))| {
-        (turns.world_from_vertex(vertex).transpose() * (*to - *from)).as_vec3().to_array()
-    })
-    .collect()
+    ways.flat_map(|(vertex, (to, from))| (turns.rotation(vertex).transpose() * (*to - *from)).as_vec3().to_array())
+        .collect()
 }
