@@ -194,6 +194,12 @@ impl Learner<'_> {
         )?;
         let bound = amplitude_bound(&truth, &made, self.options.max_amplitude.max(1.0));
         let amplitudes = bounded_amplitudes(&truth, &made, bound);
+        let made_by_pose = self.held_out_squares(
+            &static_normals,
+            |kept| self.solve_static(kept, &static_ridges),
+            |coefficients, example| self.static_runs(coefficients, example),
+        )?;
+        let most = bounded_amplitudes(&truth, &made_by_pose, bound);
         let [learned_spectral_radius, spectral_radius] = radii;
         let training = DynamicsTraining {
             pose_ridges: weights.iter().map(|&(pose, _)| pose).collect(),
@@ -207,6 +213,7 @@ impl Learner<'_> {
         // As the file keeps them.
         let mut static_coefficients = static_coefficients;
         coefficients.round_to_single();
+        hold_down(&mut static_coefficients, &amplitudes, &most);
         static_coefficients.round_to_single();
         Ok((self.assemble(coefficients, &static_coefficients).with_amplitudes(amplitudes), training))
     }
@@ -335,16 +342,19 @@ impl Learner<'_> {
         Ok(squares(runs.iter().flatten(), self.count))
     }
 
-    fn static_run(&self, coefficients: &Matrix, pose: &Pose) -> Vec<f64> {
-        let mut out = vec![0.0; self.count];
-        apply_row(coefficients, &self.static_row(pose), &mut out);
-        out
+    fn static_runs(&self, coefficients: &Matrix, example: &Example<'_>) -> Vec<Vec<f64>> {
+        let run = |pose: &Pose| {
+            let mut out = vec![0.0; self.count];
+            apply_row(coefficients, &self.static_row(pose), &mut out);
+            out
+        };
+        example.poses.iter().map(run).collect()
     }
 
     fn choose_static(&self, normals: &[Normal]) -> Result<(Vec<f64>, f64), GarmentError> {
         let train = |normal: &Normal, ridge: f64| self.solve_static(normal, &vec![ridge; self.count]);
         self.validate(normals, &self.options.ridges, train, |coefficients, example| {
-            example.poses.iter().map(|pose| self.static_run(coefficients, pose)).collect()
+            self.static_runs(coefficients, example)
         })
     }
 
@@ -417,6 +427,16 @@ fn bounded_amplitudes(truth: &[f64], made: &[f64], bound: f64) -> Vec<f64> {
     truth.iter().zip(made).map(factor).collect()
 }
 
+/// Weakens the model of order zero where its ψ at these amplitudes would spread wider than at the largest factors that suit
+/// it: runs from the pose alone overshoot in other places than those with a history, and both share the amplitudes.
+fn hold_down(static_coefficients: &mut Matrix, amplitudes: &[f64], most: &[f64]) {
+    for row in 0..static_coefficients.rows {
+        for (column, (amplitude, most)) in amplitudes.iter().zip(most).enumerate() {
+            static_coefficients[(row, column)] *= (most / amplitude).min(1.0);
+        }
+    }
+}
+
 /// The bound of the amplitudes: as low as leaves all ψ together [`ENOUGH_SPREAD`] of their true spread, and no higher than
 /// `most`. A fold that cannot be foreseen is wrong wherever it is shown, so no more of it is shown than it takes.
 fn amplitude_bound(truth: &[f64], made: &[f64], most: f64) -> f64 {
@@ -483,7 +503,7 @@ pub(crate) fn free_run(dynamics: &Dynamics, poses: &[Pose]) -> Vec<Vec<f64>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{DynamicsOptions, amplitude_bound, bounded_amplitudes, free_run, learn};
+    use super::{DynamicsOptions, amplitude_bound, bounded_amplitudes, free_run, hold_down, learn};
     use crate::drape::dynamics::Dynamics;
     use crate::drape::features::{InputOptions, PoseInputs};
     use modiste_body::{Motion, Part, Pose};
@@ -607,6 +627,18 @@ mod tests {
         assert!((0.86..0.95).contains(&(shown(&factors) / 10.0)), "{factors:?}");
         assert!((amplitude_bound(&truth, &made, 3.0) - 3.0).abs() < 1e-12);
         assert!(bounded_amplitudes(&truth, &made, 1.0).iter().all(|factor| (factor - 1.0).abs() < 1e-12));
+    }
+
+    #[test]
+    fn the_pose_alone_is_weakened_where_it_would_overshoot_and_nowhere_else() {
+        let mut coefficients = Matrix::from_fn(2, 3, |row, column| 1.0 + row as f64 + column as f64);
+        let before = coefficients.clone();
+        hold_down(&mut coefficients, &[2.0, 3.0, 1.0], &[4.0, 1.5, 1.0]);
+        for row in 0..2 {
+            assert_eq!(coefficients[(row, 0)], before[(row, 0)]);
+            assert_eq!(coefficients[(row, 1)], 0.5 * before[(row, 1)]);
+            assert_eq!(coefficients[(row, 2)], before[(row, 2)]);
+        }
     }
 
     #[test]
