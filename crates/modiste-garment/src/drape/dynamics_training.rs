@@ -5,6 +5,7 @@ use modiste_core::{Matrix, solve_spd};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::clips::{Clips, Standing};
 use super::dynamics::{Dynamics, Past, RowLayout, apply_row, fill_row, spectral_radius};
 use super::features::{InputOptions, PoseInputs};
 use crate::GarmentError;
@@ -66,10 +67,8 @@ pub struct DynamicsTraining {
 }
 
 /// A run of poses with the wrinkles of its frames.
-#[derive(Clone, Copy)]
 struct Example<'a> {
-    /// Stretches of one clip are held out together.
-    clip: usize,
+    clips: Clips,
     poses: &'a [Pose],
     wrinkles: &'a [Vec<f64>],
 }
@@ -119,8 +118,7 @@ impl Normal {
     }
 }
 
-/// Learns eq. 5 from motions, each with the number of the clip that it is a stretch of, and the wrinkles of their frames, in the
-/// same order.
+/// Learns eq. 5 from motions, each with the clips that it comes from, and the wrinkles of their frames, in the same order.
 ///
 /// Regressors reach back within their own sequence only. If the spectral radius ρ of the history is above the wanted
 /// limit ρ*, the weight of |M2|² and |M3|² is doubled until it is not: with a heavy enough weight the history vanishes.
@@ -129,7 +127,7 @@ impl Normal {
 /// No sequence with at least three frames, or a solve that fails.
 pub fn learn(
     face_parts: &[Part],
-    motions: &[(usize, &Motion)],
+    motions: &[(Clips, &Motion)],
     wrinkles: &[Vec<Vec<f64>>],
     options: &DynamicsOptions,
 ) -> Result<(Dynamics, DynamicsTraining), GarmentError> {
@@ -143,15 +141,15 @@ pub fn learn(
 }
 
 /// The sequences of three frames and more. Where there are fewer than `folds`, each is cut into that many pieces.
-fn cut<'a>(motions: &[(usize, &'a Motion)], wrinkles: &'a [Vec<Vec<f64>>], folds: usize) -> Vec<Example<'a>> {
+fn cut<'a>(motions: &[(Clips, &'a Motion)], wrinkles: &'a [Vec<Vec<f64>>], folds: usize) -> Vec<Example<'a>> {
     let pieces = if motions.len() < folds { folds } else { 1 };
     let whole = motions.iter().zip(wrinkles);
     whole
-        .flat_map(|((clip, motion), wrinkles)| {
+        .flat_map(|((clips, motion), wrinkles)| {
             let length = wrinkles.len().div_ceil(pieces).max(1);
             let chunks = motion.frames.chunks(length).zip(wrinkles.chunks(length)).enumerate();
             // The pieces of one motion are all there is to hold out.
-            chunks.map(move |(piece, (poses, wrinkles))| Example { clip: clip + piece, poses, wrinkles })
+            chunks.map(move |(piece, (poses, wrinkles))| Example { clips: clips.piece(piece), poses, wrinkles })
         })
         .filter(|example| example.wrinkles.len() >= 3)
         .collect()
@@ -186,7 +184,7 @@ impl Learner<'_> {
             normal.add(&sum(&rehearsed), 1.0);
             (coefficients, radii) = self.solve_stable(&normal, &weights)?;
         }
-        let truth = squares(self.examples.iter().flat_map(|example| example.wrinkles), self.count);
+        let truth = squares(self.tested().flat_map(|example| example.wrinkles), self.count);
         let made = self.held_out_squares(
             &normals,
             |kept| Ok(self.solve_stable(kept, &weights)?.0),
@@ -264,23 +262,36 @@ impl Learner<'_> {
     }
 
     fn groups(&self) -> usize {
-        let mut clips: Vec<usize> = self.examples.iter().map(|example| example.clip).collect();
+        let mut clips: Vec<usize> = self.examples.iter().flat_map(|example| example.clips.numbers()).copied().collect();
         clips.sort_unstable();
         clips.dedup();
         self.options.folds.min(clips.len()).max(1)
     }
 
-    /// The examples of one group, with their places.
-    fn group(&self, group: usize) -> impl Iterator<Item = (usize, &Example<'_>)> {
+    /// The examples that stand so to a group of clips that is held out, with their places.
+    fn standing(&self, group: usize, standing: Standing) -> impl Iterator<Item = (usize, &Example<'_>)> {
         let groups = self.groups();
-        self.examples.iter().enumerate().filter(move |(_, example)| example.clip % groups == group)
+        let is_meant = move |example: &Example<'_>| example.clips.standing(|clip| clip % groups == group) == standing;
+        self.examples.iter().enumerate().filter(move |(_, example)| is_meant(example))
     }
 
-    /// The sums without those of one group of examples, if there are several.
+    /// The examples that one group of clips is tested on.
+    fn group(&self, group: usize) -> impl Iterator<Item = (usize, &Example<'_>)> {
+        self.standing(group, Standing::HeldOut)
+    }
+
+    /// The examples that any group is tested on: those put together of clips of several are not.
+    fn tested(&self) -> impl Iterator<Item = &Example<'_>> {
+        (0..self.groups()).flat_map(|group| self.group(group).map(|(_, example)| example))
+    }
+
+    /// The sums without those of examples that have something of one group of clips, if there are several.
     fn without(&self, total: &Normal, normals: &[Normal], group: usize) -> Normal {
         let mut kept = total.clone();
         if self.groups() > 1 {
-            self.group(group).for_each(|(place, _)| kept.add(&normals[place], -1.0));
+            for standing in [Standing::HeldOut, Standing::Mixed] {
+                self.standing(group, standing).for_each(|(place, _)| kept.add(&normals[place], -1.0));
+            }
         }
         kept
     }
@@ -367,9 +378,9 @@ impl Learner<'_> {
         })
     }
 
-    /// Sum of squared distances of all wrinkles from their mean.
+    /// Sum of squared distances of the wrinkles that are tested from their mean.
     fn variance(&self) -> f64 {
-        let all = || self.examples.iter().flat_map(|example| example.wrinkles);
+        let all = || self.tested().flat_map(|example| example.wrinkles);
         let count = all().count() as f64;
         let mut mean = vec![0.0; self.count];
         for wrinkles in all() {
@@ -503,7 +514,7 @@ pub(crate) fn free_run(dynamics: &Dynamics, poses: &[Pose]) -> Vec<Vec<f64>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{DynamicsOptions, amplitude_bound, bounded_amplitudes, free_run, hold_down, learn};
+    use super::{Clips, DynamicsOptions, amplitude_bound, bounded_amplitudes, free_run, hold_down, learn};
     use crate::drape::dynamics::Dynamics;
     use crate::drape::features::{InputOptions, PoseInputs};
     use modiste_body::{Motion, Part, Pose};
@@ -556,12 +567,16 @@ mod tests {
         }
     }
 
+    fn each_a_clip(motions: &[Motion]) -> Vec<(Clips, &Motion)> {
+        motions.iter().enumerate().map(|(clip, motion)| (Clips::from(clip), motion)).collect()
+    }
+
     #[test]
     fn a_linear_system_is_recovered_from_its_own_motion() {
         let truth = dynamics(1.2, -0.5);
         let motions: Vec<Motion> = (0..5).map(|seed| motion(seed, 120)).collect();
         let wrinkles: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| free_run(&truth, &motion.frames)).collect();
-        let motions: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
+        let motions = each_a_clip(&motions);
         let parts = [Part::Chest, Part::LeftThigh];
         let (learned, training) = learn(&parts, &motions, &wrinkles, &options(1e-12)).unwrap();
         let unseen = motion(77, 200);
@@ -596,7 +611,7 @@ mod tests {
             run
         };
         let wrinkles: Vec<_> = motions.iter().map(|motion| noisy(motion, &mut rng)).collect();
-        let references: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
+        let references = each_a_clip(&motions);
         let parts = [Part::Chest, Part::LeftThigh];
         let amplitudes = |most: f64| {
             let chosen = DynamicsOptions { max_amplitude: most, ..options(1e-9) };
@@ -634,11 +649,9 @@ mod tests {
         let mut coefficients = Matrix::from_fn(2, 3, |row, column| 1.0 + row as f64 + column as f64);
         let before = coefficients.clone();
         hold_down(&mut coefficients, &[2.0, 3.0, 1.0], &[4.0, 1.5, 1.0]);
-        for row in 0..2 {
-            assert_eq!(coefficients[(row, 0)], before[(row, 0)]);
-            assert_eq!(coefficients[(row, 1)], 0.5 * before[(row, 1)]);
-            assert_eq!(coefficients[(row, 2)], before[(row, 2)]);
-        }
+        let shares = [1.0, 0.5, 1.0];
+        let wanted = Matrix::from_fn(2, 3, |row, column| shares[column] * before[(row, column)]);
+        assert_eq!(coefficients, wanted);
     }
 
     #[test]
@@ -653,7 +666,7 @@ mod tests {
             run
         };
         let wrinkles: Vec<_> = motions.iter().map(|motion| mixed(motion, &mut rng)).collect();
-        let references: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
+        let references = each_a_clip(&motions);
         let chosen = DynamicsOptions { ridges: vec![1e-8, 10.0], ..options(1.0) };
         let training = learn(&[Part::Chest, Part::LeftThigh], &references, &wrinkles, &chosen).unwrap().1;
         assert!(training.static_ridges[0] < 1e-7 && training.pose_ridges[0] < 1e-7, "{training:?}");
@@ -668,7 +681,7 @@ mod tests {
             motion.frames.iter().map(|pose| vec![pose.rotations[Part::LeftThigh.index()].x.abs()]).collect()
         };
         let wrinkles: Vec<_> = motions.iter().map(folds).collect();
-        let references: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
+        let references = each_a_clip(&motions);
         let error = |centres: usize| {
             let inputs = InputOptions { matrices: true, centres, ..InputOptions::PAPER };
             let chosen = DynamicsOptions { inputs, ridges: vec![1e-6, 1e-4, 1e-2, 1.0], ..options(1.0) };
@@ -693,7 +706,7 @@ mod tests {
                 .collect()
         };
         let wrinkles: Vec<_> = motions.iter().map(late).collect();
-        let references: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
+        let references = each_a_clip(&motions);
         let error = |memory: bool| {
             let inputs = InputOptions { memory, ..InputOptions::PAPER };
             // A heavy weight on everything but the pose and what it was.
@@ -709,7 +722,7 @@ mod tests {
         let truth = dynamics(1.01, 0.0);
         let motions: Vec<Motion> = (0..4).map(|seed| motion(seed, 90)).collect();
         let wrinkles: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| free_run(&truth, &motion.frames)).collect();
-        let references: Vec<(usize, &Motion)> = motions.iter().enumerate().collect();
+        let references = each_a_clip(&motions);
         let chosen = DynamicsOptions { max_spectral_radius: 0.97, ..options(1e-10) };
         let (learned, training) = learn(&[Part::Chest, Part::LeftThigh], &references, &wrinkles, &chosen).unwrap();
         assert!(training.learned_spectral_radius > 1.0, "{training:?}");

@@ -2,6 +2,7 @@
 
 mod basis;
 mod blend;
+mod clips;
 mod coarse;
 mod dynamics;
 mod dynamics_training;
@@ -22,6 +23,7 @@ mod tests;
 mod training_set;
 mod wrinkle;
 
+pub use clips::Clips;
 pub use coarse::CoarseOptions;
 pub use dynamics::{Dynamics, DynamicsState};
 pub use dynamics_training::{DynamicsOptions, DynamicsTraining, learn as learn_dynamics};

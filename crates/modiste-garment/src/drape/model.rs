@@ -6,13 +6,14 @@ use modiste_body::Pose;
 use modiste_core::{GradientReconstruction, Mat3, Progress, Vec3};
 
 use super::blend::blend_parts;
+use super::clips::Clips;
 use super::coarse::{CoarseModel, CoarseOptions};
 use super::dynamics::Dynamics;
 use super::dynamics_training::{DynamicsOptions, DynamicsTraining, learn};
 use super::mirror::Mirror;
 use super::shape::{ShapeModel, ShapeOptions};
 use super::synthesis::Fitting;
-use super::training_set::{Garment, PoseSequence, TrainingSet, clips};
+use super::training_set::{Garment, PoseSequence, TrainingSet};
 use super::wrinkle::{WrinkleModel, WrinkleOptions};
 use crate::refine::anchors::offset;
 use crate::{Evaluation, GarmentError};
@@ -96,7 +97,8 @@ impl DrapeModel {
         let blend = blend_parts(&set.garment, options.wrinkle.blend_width)?;
         let (wrinkle, coefficients) = WrinkleModel::train(&set.garment, blend.faces, &sequences, &options.wrinkle)?;
         progress.advance(&stage, 2);
-        let motions: Vec<_> = clips(&sequences).zip(sequences.iter().map(|sequence| &sequence.motion)).collect();
+        let clips = Clips::of(&sequences);
+        let motions: Vec<_> = clips.into_iter().zip(sequences.iter().map(|sequence| &sequence.motion)).collect();
         let (mut dynamics, training) = learn(&set.garment.face_parts, &motions, &coefficients, &options.dynamics)?;
         progress.advance(&stage, 3);
         let coarse = if options.coarse.count > 0 {

@@ -73,22 +73,6 @@ pub struct TrainingSet {
     pub vertex_count: Option<usize>,
 }
 
-/// The clip that each sequence is a stretch of, numbered by first appearance: `kick-2` is the second stretch of `kick`. What is
-/// held out to choose by must not be next to what is learned from.
-pub(crate) fn clips(sequences: &[PoseSequence]) -> impl Iterator<Item = usize> {
-    let mut known: Vec<&str> = Vec::new();
-    sequences.iter().map(move |sequence| {
-        let name = match sequence.name.rsplit_once('-') {
-            Some((clip, stretch)) if stretch.bytes().all(|byte| byte.is_ascii_digit()) => clip,
-            _ => &sequence.name,
-        };
-        known.iter().position(|clip| *clip == name).unwrap_or_else(|| {
-            known.push(name);
-            known.len() - 1
-        })
-    })
-}
-
 impl Garment {
     /// Checks that all parts of the garment agree.
     ///
@@ -214,20 +198,5 @@ impl TrainingSet {
             std::mem::take(&mut self.sequences).into_iter().partition(|sequence| held_out(&sequence.name));
         self.sequences = kept;
         out
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::clips;
-    use crate::drape::synthetic::training_set;
-
-    #[test]
-    fn stretches_of_a_clip_belong_together() {
-        let mut sequences = training_set().sequences;
-        for (sequence, name) in sequences.iter_mut().zip(["kick", "kick-2", "walk-on", "walk", "kick-13"]) {
-            name.clone_into(&mut sequence.name);
-        }
-        assert_eq!(clips(&sequences).collect::<Vec<_>>(), [0, 0, 1, 2, 0]);
     }
 }

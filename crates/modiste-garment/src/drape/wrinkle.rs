@@ -7,8 +7,9 @@ use rayon::prelude::*;
 
 use super::basis::{BasisScratch, GradientBasis};
 use super::blend::Turns;
+use super::clips::{Clips, Standing};
 use super::gradient::{PER_FACE, TangentFrames, area_weights, gradient_of_tangents};
-use super::training_set::{Garment, PoseSequence, clips};
+use super::training_set::{Garment, PoseSequence};
 use crate::GarmentError;
 
 /// How the wrinkle space is learned.
@@ -111,13 +112,14 @@ impl WrinkleModel {
         let mesh = (garment.topology.as_ref(), garment.template.as_slice());
         let basis = GradientBasis::new(mesh, &pca.basis, &pca.std_devs, options.pattern_count)
             .map_err(GarmentError::solve("basis of wrinkles"))?;
-        let clips: Vec<usize> = clips(sequences).collect();
-        let some = |held_out: bool| {
-            let is_held_out = |clip: usize| clip % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1;
-            let chosen = sequences.iter().zip(&clips).filter(move |(_, clip)| is_held_out(**clip) == held_out);
+        let clips = Clips::of(sequences);
+        let some = |standing: Standing| {
+            let is_chosen =
+                |clips: &Clips| clips.standing(|clip| clip % HELD_OUT_STRIDE == HELD_OUT_STRIDE - 1) == standing;
+            let chosen = sequences.iter().zip(&clips).filter(|(_, clips)| is_chosen(clips));
             thinned(garment, (&blend, &frames), chosen.map(|(sequence, _)| sequence), MOST_FRAMES_HELD_OUT)
         };
-        let held_out_loss = held_out_loss([some(false), some(true)], &weights, count)?;
+        let held_out_loss = held_out_loss([some(Standing::Kept), some(Standing::HeldOut)], &weights, count)?;
         let model = Self {
             held_out_loss,
             frames,

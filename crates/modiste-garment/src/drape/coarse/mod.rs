@@ -20,7 +20,8 @@ use regression::Frames;
 pub(crate) use regression::KernelRegression;
 
 use super::blend::Turns;
-use super::training_set::{Garment, PoseSequence, clips};
+use super::clips::Clips;
+use super::training_set::{Garment, PoseSequence};
 use crate::GarmentError;
 
 /// How the coarse deformation is learned.
@@ -94,11 +95,12 @@ impl CoarseModel {
         let basis = QuantisedBasis::from_f32(&pca.basis, count, pca.dimensions())
             .map_err(GarmentError::solve("basis of coarse deformations"))?;
         let inputs = MotionInputs::new(&garment.face_parts);
-        let frames: Vec<Frames> = clips(sequences)
+        let frames: Vec<Frames> = Clips::of(sequences)
+            .into_iter()
             .zip(sequences)
             .zip(&rows)
-            .map(|((clip, sequence), rows)| Frames {
-                clip,
+            .map(|((clips, sequence), rows)| Frames {
+                clips,
                 inputs: input_rows(&inputs, &sequence.motion.frames),
                 outputs: Matrix::from_rows(&rows.par_iter().map(|row| pca.project(row)).collect::<Vec<_>>()),
             })

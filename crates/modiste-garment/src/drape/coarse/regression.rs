@@ -4,6 +4,7 @@ use modiste_core::{Matrix, solve_spd};
 use rayon::prelude::*;
 
 use crate::GarmentError;
+use crate::drape::clips::{Clips, Standing};
 use crate::drape::pose_kernel::{median_squared_distance, near, squared_distance};
 
 /// Reaches to choose from, as shares of the median squared distance between inputs.
@@ -33,16 +34,22 @@ pub(crate) struct KernelRegression {
 /// The frames of one sequence.
 #[derive(Debug, Clone)]
 pub(crate) struct Frames {
-    /// Stretches of one clip are held out together.
-    pub(crate) clip: usize,
+    pub(crate) clips: Clips,
     /// One row of inputs per frame.
     pub(crate) inputs: Matrix,
     /// One row of outputs per frame.
     pub(crate) outputs: Matrix,
 }
 
-/// Sums of one group of sequences under one kernel: K ᵀK and Kᵀy, and what they are sums over.
+impl Frames {
+    fn standing(&self, fold: usize) -> Standing {
+        self.clips.standing(|clip| clip % FOLDS == fold)
+    }
+}
+
+/// Sums of some sequences under one kernel: KᵀK and Kᵀy. The sequences have something of the same folds.
 struct Sums {
+    standings: [Standing; FOLDS],
     gram: Matrix,
     cross: Matrix,
 }
@@ -65,8 +72,10 @@ impl KernelRegression {
         let centres = Matrix::from_rows(&centres);
         let median = median_squared_distance(&rows);
         let mean = mean_of(sequences.iter().map(|s| &s.outputs));
+        let is_tested = |sequence: &&Frames| (0..FOLDS).any(|fold| sequence.standing(fold) == Standing::HeldOut);
         let variance: f64 = sequences
             .iter()
+            .filter(is_tested)
             .flat_map(|s| (0..s.outputs.rows).map(|row| squared_distance(s.outputs.row(row), &mean)))
             .sum();
         let mut best: Option<(f64, Self)> = None;
@@ -74,13 +83,13 @@ impl KernelRegression {
             let frame = Frame { centres: &centres, reach, mean: &mean };
             let kernels: Vec<Matrix> = sequences.par_iter().map(|s| frame.kernels(&s.inputs)).collect();
             let among = frame.kernels(&centres);
-            let folds: Vec<Sums> = (0..FOLDS).into_par_iter().map(|f| frame.sums(sequences, &kernels, f)).collect();
+            let sums = frame.sums(sequences, &kernels);
             let found = RIDGES
                 .par_iter()
                 .map(|&ridge| {
                     let mut error = 0.0;
                     for out in 0..FOLDS {
-                        let kept = (0..FOLDS).filter(|&fold| fold != out).map(|fold| &folds[fold]);
+                        let kept = sums.iter().filter(|sums| sums.standings[out] == Standing::Kept);
                         let weights = solve(kept, &among, ridge)?;
                         error += frame.held_out_error(sequences, &kernels, out, &weights);
                     }
@@ -91,7 +100,7 @@ impl KernelRegression {
                 .into_iter()
                 .fold((f64::INFINITY, RIDGES[0]), |best, next| if next.0 < best.0 { next } else { best });
             if best.as_ref().is_none_or(|(least, _)| error < *least) {
-                let weights = solve(folds.iter(), &among, ridge)?;
+                let weights = solve(sums.iter(), &among, ridge)?;
                 best = Some((error, Self { centres: centres.clone(), reach, weights, mean: mean.clone() }));
             }
         }
@@ -130,20 +139,33 @@ impl Frame<'_> {
         })
     }
 
-    fn sums(&self, sequences: &[Frames], kernels: &[Matrix], fold: usize) -> Sums {
-        let (m, outputs) = (self.centres.rows, self.mean.len());
-        let mut sums = Sums { gram: Matrix::zeros(m, m), cross: Matrix::zeros(m, outputs) };
-        for (sequence, kernels) in sequences.iter().zip(kernels).filter(|(s, _)| s.clip % FOLDS == fold) {
-            let outputs = &sequence.outputs;
-            let centred = Matrix::from_fn(outputs.rows, outputs.cols, |row, k| outputs[(row, k)] - self.mean[k]);
-            add(&mut sums.gram, &kernels.transpose_matmul(kernels));
-            add(&mut sums.cross, &kernels.transpose_matmul(&centred));
+    /// The sums of all sequences, together where they have something of the same folds.
+    fn sums(&self, sequences: &[Frames], kernels: &[Matrix]) -> Vec<Sums> {
+        let mut groups: Vec<([Standing; FOLDS], Vec<usize>)> = Vec::new();
+        for (index, sequence) in sequences.iter().enumerate() {
+            let standings = std::array::from_fn(|fold| sequence.standing(fold));
+            match groups.iter_mut().find(|(known, _)| *known == standings) {
+                Some((_, members)) => members.push(index),
+                None => groups.push((standings, vec![index])),
+            }
         }
-        sums
+        let (m, outputs) = (self.centres.rows, self.mean.len());
+        let sum = |(standings, members): ([Standing; FOLDS], Vec<usize>)| {
+            let mut sums = Sums { standings, gram: Matrix::zeros(m, m), cross: Matrix::zeros(m, outputs) };
+            for index in members {
+                let (kernels, outputs) = (&kernels[index], &sequences[index].outputs);
+                let centred = Matrix::from_fn(outputs.rows, outputs.cols, |row, k| outputs[(row, k)] - self.mean[k]);
+                add(&mut sums.gram, &kernels.transpose_matmul(kernels));
+                add(&mut sums.cross, &kernels.transpose_matmul(&centred));
+            }
+            sums
+        };
+        groups.into_par_iter().map(sum).collect()
     }
 
     fn held_out_error(&self, sequences: &[Frames], kernels: &[Matrix], fold: usize, weights: &Matrix) -> f64 {
-        let held_out = sequences.iter().zip(kernels).filter(|(sequence, _)| sequence.clip % FOLDS == fold);
+        let held_out =
+            sequences.iter().zip(kernels).filter(|(sequence, _)| sequence.standing(fold) == Standing::HeldOut);
         held_out
             .map(|(sequence, kernels)| {
                 let made = kernels.matmul(weights);
@@ -196,6 +218,7 @@ fn mean_of<'a>(matrices: impl Iterator<Item = &'a Matrix> + Clone) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::{Frames, KernelRegression};
+    use crate::drape::clips::Clips;
     use modiste_core::{Matrix, normal, seeded_rng};
 
     /// Outputs that no linear function of the inputs gives.
@@ -208,7 +231,7 @@ mod tests {
         let mut sequence = |clip: usize| {
             let inputs = Matrix::from_fn(60, 2, |_, _| normal(&mut rng));
             let outputs = Matrix::from_fn(60, 2, |row, k| truth(inputs.row(row))[k] + noise * normal(&mut rng));
-            Frames { clip, inputs, outputs }
+            Frames { clips: Clips::from(clip), inputs, outputs }
         };
         (0..count).map(&mut sequence).collect()
     }
@@ -239,7 +262,8 @@ mod tests {
 
     #[test]
     fn frames_that_are_all_alike_give_their_mean() {
-        let same = Frames { clip: 0, inputs: Matrix::zeros(9, 3), outputs: Matrix::from_fn(9, 1, |_, _| 2.0) };
+        let same =
+            Frames { clips: Clips::from(0), inputs: Matrix::zeros(9, 3), outputs: Matrix::from_fn(9, 1, |_, _| 2.0) };
         let (regression, error) = KernelRegression::fit(&[same], 5).unwrap();
         let mut out = [0.0];
         regression.predict(&[0.0; 3], &mut out);
