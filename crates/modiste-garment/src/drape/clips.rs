@@ -4,7 +4,7 @@ use super::training_set::PoseSequence;
 
 /// The clips that a sequence is a stretch of, or was put together of, by number.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Clips(Vec<usize>);
+pub(crate) struct Clips(Vec<usize>);
 
 /// How a sequence stands to a group of clips that is held out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,6 +3,7 @@
 use modiste_body::Pose;
 use modiste_core::{Matrix, largest_eigenvalue_magnitude};
 
+use super::amplitudes::Amplitudes;
 use super::features::PoseInputs;
 use crate::GarmentError;
 
@@ -116,15 +117,21 @@ impl Dynamics {
         Self { amplitudes, ..self }
     }
 
-    /// Multiplies the amplitudes, one factor per ψ.
-    pub(crate) fn amplify(&mut self, gains: &[f64]) {
-        self.amplitudes.iter_mut().zip(gains).for_each(|(amplitude, gain)| *amplitude *= gain);
+    /// Shows the wrinkles at these amplitudes. Runs without dynamics share those with dynamics; where theirs are smaller, the
+    /// model of order zero is weakened.
+    pub(crate) fn shown_at(mut self, Amplitudes { dynamic, fixed }: &Amplitudes) -> Self {
+        for row in 0..self.static_coefficients.rows {
+            for (column, (fixed, dynamic)) in fixed.iter().zip(dynamic).enumerate() {
+                self.static_coefficients[(row, column)] *= fixed / dynamic;
+            }
+        }
+        self.static_coefficients.round_to_single();
+        self.with_amplitudes(dynamic.clone())
     }
 
     /// A factor on each ψ as it is shown, with dynamics or without; they do not enter the recursion.
     ///
-    /// Not in the paper. Least squares predict the mean of all wrinkles that go with a pose, which is flatter than each
-    /// of them. The factors give each ψ the spread that it has in motions that were held out in training.
+    /// Not in the paper. They give each ψ some of the spread that it has in motions that were held out in training.
     pub fn amplitudes(&self) -> &[f64] {
         &self.amplitudes
     }

@@ -5,6 +5,7 @@ use modiste_core::{Matrix, solve_spd};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::amplitudes::{HeldOutFrame, HeldOutRuns};
 use super::clips::{Clips, Standing};
 use super::dynamics::{Dynamics, Past, RowLayout, apply_row, fill_row, spectral_radius};
 use super::features::{InputOptions, PoseInputs};
@@ -29,8 +30,8 @@ pub struct DynamicsOptions {
     pub rehearsals: usize,
     /// Largest spectral radius of the history that is accepted; above it the history is weighed more (see [`learn`]).
     pub max_spectral_radius: f64,
-    /// Largest factor that gives a wrinkle its spread back (see [`Dynamics::amplitudes`]); 1 is the paper. Where less leaves
-    /// enough of all wrinkles together, less is used.
+    /// Largest factor that gives a wrinkle its spread back (see [`Dynamics::amplitudes`]); 1 is the paper. Where less makes
+    /// held-out motions wrinkled enough, less is used.
     pub max_amplitude: f64,
 }
 
@@ -69,6 +70,9 @@ pub struct DynamicsTraining {
 /// A run of poses with the wrinkles of its frames.
 struct Example<'a> {
     clips: Clips,
+    /// Place among the motions, and first frame there.
+    sequence: usize,
+    start: usize,
     poses: &'a [Pose],
     wrinkles: &'a [Vec<f64>],
 }
@@ -125,12 +129,12 @@ impl Normal {
 ///
 /// # Errors
 /// No sequence with at least three frames, or a solve that fails.
-pub fn learn(
+pub(crate) fn learn(
     face_parts: &[Part],
     motions: &[(Clips, &Motion)],
     wrinkles: &[Vec<Vec<f64>>],
     options: &DynamicsOptions,
-) -> Result<(Dynamics, DynamicsTraining), GarmentError> {
+) -> Result<(Dynamics, DynamicsTraining, HeldOutRuns), GarmentError> {
     let examples = cut(motions, wrinkles, options.folds);
     let Some(count) = examples.first().map(|example| example.wrinkles[0].len()) else {
         return Err(GarmentError::data("pose training set", "a sequence of at least 3 frames", "none"));
@@ -143,13 +147,19 @@ pub fn learn(
 /// The sequences of three frames and more. Where there are fewer than `folds`, each is cut into that many pieces.
 fn cut<'a>(motions: &[(Clips, &'a Motion)], wrinkles: &'a [Vec<Vec<f64>>], folds: usize) -> Vec<Example<'a>> {
     let pieces = if motions.len() < folds { folds } else { 1 };
-    let whole = motions.iter().zip(wrinkles);
+    let whole = motions.iter().zip(wrinkles).enumerate();
     whole
-        .flat_map(|((clips, motion), wrinkles)| {
+        .flat_map(|(sequence, ((clips, motion), wrinkles))| {
             let length = wrinkles.len().div_ceil(pieces).max(1);
             let chunks = motion.frames.chunks(length).zip(wrinkles.chunks(length)).enumerate();
             // The pieces of one motion are all there is to hold out.
-            chunks.map(move |(piece, (poses, wrinkles))| Example { clips: clips.piece(piece), poses, wrinkles })
+            chunks.map(move |(piece, (poses, wrinkles))| Example {
+                clips: clips.piece(piece),
+                sequence,
+                start: piece * length,
+                poses,
+                wrinkles,
+            })
         })
         .filter(|example| example.wrinkles.len() >= 3)
         .collect()
@@ -164,7 +174,7 @@ struct Learner<'a> {
 }
 
 impl Learner<'_> {
-    fn learn(&self) -> Result<(Dynamics, DynamicsTraining), GarmentError> {
+    fn learn(&self) -> Result<(Dynamics, DynamicsTraining, HeldOutRuns), GarmentError> {
         let static_normals: Vec<Normal> = self.examples.par_iter().map(|example| self.static_normal(example)).collect();
         let (static_ridges, static_held_out_error) = self.choose_static(&static_normals)?;
         let static_coefficients = self.solve_static(&sum(&static_normals), &static_ridges)?;
@@ -184,20 +194,23 @@ impl Learner<'_> {
             normal.add(&sum(&rehearsed), 1.0);
             (coefficients, radii) = self.solve_stable(&normal, &weights)?;
         }
-        let truth = squares(self.tested().flat_map(|example| example.wrinkles), self.count);
-        let made = self.held_out_squares(
+        let dynamic = self.held_out_runs(
             &normals,
             |kept| Ok(self.solve_stable(kept, &weights)?.0),
             |coefficients, example| free_run(&self.assemble(coefficients.clone(), &static_coefficients), example.poses),
         )?;
-        let bound = amplitude_bound(&truth, &made, self.options.max_amplitude.max(1.0));
-        let amplitudes = bounded_amplitudes(&truth, &made, bound);
-        let made_by_pose = self.held_out_squares(
+        let fixed = self.held_out_runs(
             &static_normals,
             |kept| self.solve_static(kept, &static_ridges),
             |coefficients, example| self.static_runs(coefficients, example),
         )?;
-        let most = bounded_amplitudes(&truth, &made_by_pose, bound);
+        let squares = |runs: &[(usize, Vec<Vec<f64>>)]| squares(runs.iter().flat_map(|(_, run)| run), self.count);
+        let runs = HeldOutRuns {
+            truth: self::squares(self.tested().flat_map(|example| example.wrinkles), self.count),
+            dynamic: squares(&dynamic),
+            fixed: squares(&fixed),
+            frames: dynamic.into_iter().flat_map(|(place, run)| self.frames(place, run)).collect(),
+        };
         let [learned_spectral_radius, spectral_radius] = radii;
         let training = DynamicsTraining {
             pose_ridges: weights.iter().map(|&(pose, _)| pose).collect(),
@@ -211,9 +224,18 @@ impl Learner<'_> {
         // As the file keeps them.
         let mut static_coefficients = static_coefficients;
         coefficients.round_to_single();
-        hold_down(&mut static_coefficients, &amplitudes, &most);
         static_coefficients.round_to_single();
-        Ok((self.assemble(coefficients, &static_coefficients).with_amplitudes(amplitudes), training))
+        Ok((self.assemble(coefficients, &static_coefficients), training, runs))
+    }
+
+    /// The frames of a run of the example at `place`.
+    fn frames(&self, place: usize, run: Vec<Vec<f64>>) -> impl Iterator<Item = HeldOutFrame> {
+        let Example { sequence, start, .. } = self.examples[place];
+        run.into_iter().enumerate().map(move |(frame, wrinkles)| HeldOutFrame {
+            sequence,
+            frame: start + frame,
+            wrinkles,
+        })
     }
 
     fn is_history(&self, row: usize) -> bool {
@@ -336,21 +358,20 @@ impl Learner<'_> {
         Ok((best.into_iter().map(|choice| choices[choice]).collect(), sum / self.variance()))
     }
 
-    /// For every ψ the sum of squares of runs on groups of examples that they were learned without.
-    fn held_out_squares(
+    /// The runs on examples, each with its place, by models that were learned without any of their group of clips.
+    fn held_out_runs(
         &self,
         normals: &[Normal],
         train: impl Fn(&Normal) -> Result<Matrix, GarmentError> + Sync,
         run: impl Fn(&Matrix, &Example<'_>) -> Vec<Vec<f64>> + Sync,
-    ) -> Result<Vec<f64>, GarmentError> {
-        let groups = self.groups();
+    ) -> Result<Vec<(usize, Vec<Vec<f64>>)>, GarmentError> {
         let total = sum(normals);
-        let runs = (0..groups).into_par_iter().map(|group| {
+        let runs = (0..self.groups()).into_par_iter().map(|group| {
             let coefficients = train(&self.without(&total, normals, group))?;
-            Ok(self.group(group).flat_map(|(_, example)| run(&coefficients, example)).collect())
+            Ok(self.group(group).map(|(place, example)| (place, run(&coefficients, example))).collect())
         });
-        let runs: Vec<Vec<Vec<f64>>> = runs.collect::<Result<_, GarmentError>>()?;
-        Ok(squares(runs.iter().flatten(), self.count))
+        let runs: Vec<Vec<_>> = runs.collect::<Result<_, GarmentError>>()?;
+        Ok(runs.into_iter().flatten().collect())
     }
 
     fn static_runs(&self, coefficients: &Matrix, example: &Example<'_>) -> Vec<Vec<f64>> {
@@ -427,40 +448,6 @@ impl Learner<'_> {
     }
 }
 
-/// Part of the sum of squares of all ψ that is enough (see [`amplitude_bound`]). Wrinkles in the wrong place are millimetres
-/// off, as the coarse deformation holds the cloth; so most of their spread is shown. With all of it, folds that the pose does not foretell make shorts crumpled.
-const ENOUGH_SPREAD: f64 = 0.87;
-
-/// For every ψ the factor, at least one and at most `bound`, that gives its runs (sum of squares `made`) the spread of the
-/// truth.
-fn bounded_amplitudes(truth: &[f64], made: &[f64], bound: f64) -> Vec<f64> {
-    let factor = |(truth, made): (&f64, &f64)| (truth / made.max(f64::MIN_POSITIVE)).sqrt().clamp(1.0, bound);
-    truth.iter().zip(made).map(factor).collect()
-}
-
-/// Weakens the model of order zero where its ψ at these amplitudes would spread wider than at the largest factors that suit
-/// it: runs from the pose alone overshoot in other places than those with a history, and both share the amplitudes.
-fn hold_down(static_coefficients: &mut Matrix, amplitudes: &[f64], most: &[f64]) {
-    for row in 0..static_coefficients.rows {
-        for (column, (amplitude, most)) in amplitudes.iter().zip(most).enumerate() {
-            static_coefficients[(row, column)] *= (most / amplitude).min(1.0);
-        }
-    }
-}
-
-/// The bound of the amplitudes: as low as leaves all ψ together [`ENOUGH_SPREAD`] of their true spread, and no higher than
-/// `most`. A fold that cannot be foreseen is wrong wherever it is shown, so no more of it is shown than it takes.
-fn amplitude_bound(truth: &[f64], made: &[f64], most: f64) -> f64 {
-    const STEPS: u32 = 40;
-    let wanted = ENOUGH_SPREAD * truth.iter().sum::<f64>();
-    let is_enough = |bound: &f64| {
-        let factors = bounded_amplitudes(truth, made, *bound);
-        factors.iter().zip(made).map(|(factor, made)| factor * factor * made).sum::<f64>() >= wanted
-    };
-    let bounds = (0..=STEPS).map(|step| 1.0 + (most - 1.0) * f64::from(step) / f64::from(STEPS));
-    bounds.into_iter().find(is_enough).unwrap_or(most)
-}
-
 /// Ridge regression with other weights for each target; `ridge` says what a regressor weighs, from its
 /// index and variance, under the weights of a target.
 fn solve_each<C: Copy + PartialEq>(
@@ -514,7 +501,7 @@ pub(crate) fn free_run(dynamics: &Dynamics, poses: &[Pose]) -> Vec<Vec<f64>> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Clips, DynamicsOptions, amplitude_bound, bounded_amplitudes, free_run, hold_down, learn};
+    use super::{Clips, DynamicsOptions, HeldOutFrame, free_run, learn};
     use crate::drape::dynamics::Dynamics;
     use crate::drape::features::{InputOptions, PoseInputs};
     use modiste_body::{Motion, Part, Pose};
@@ -578,7 +565,7 @@ mod tests {
         let wrinkles: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| free_run(&truth, &motion.frames)).collect();
         let motions = each_a_clip(&motions);
         let parts = [Part::Chest, Part::LeftThigh];
-        let (learned, training) = learn(&parts, &motions, &wrinkles, &options(1e-12)).unwrap();
+        let (learned, training, _) = learn(&parts, &motions, &wrinkles, &options(1e-12)).unwrap();
         let unseen = motion(77, 200);
         let mut state = truth.start();
         let mut copy = learned.start();
@@ -613,15 +600,12 @@ mod tests {
         let wrinkles: Vec<_> = motions.iter().map(|motion| noisy(motion, &mut rng)).collect();
         let references = each_a_clip(&motions);
         let parts = [Part::Chest, Part::LeftThigh];
-        let amplitudes = |most: f64| {
-            let chosen = DynamicsOptions { max_amplitude: most, ..options(1e-9) };
-            learn(&parts, &references, &wrinkles, &chosen).unwrap().0.amplitudes().to_vec()
-        };
-        let free = amplitudes(100.0);
+        let runs = learn(&parts, &references, &wrinkles, &options(1e-9)).unwrap().2;
+        let free = runs.amplitudes(&[1.0; COUNT], 100.0, |_| false).dynamic;
         assert!((free[0] - 1.0).abs() < 0.02, "{free:?}");
         assert!((free[1] - 5.0f64.sqrt()).abs() < 0.4, "{free:?}");
-        assert!((amplitudes(1.5)[1] - 1.5).abs() < 1e-12);
-        assert!(amplitudes(1.0).iter().all(|amplitude| (amplitude - 1.0).abs() < 1e-12), "the paper");
+        let HeldOutFrame { sequence, frame, wrinkles: run } = &runs.frames[200];
+        assert!((run[0] - wrinkles[*sequence][*frame][0]).abs() < 1e-3, "the frame that it was foretold for");
         // They are shown, and do not feed back.
         let plain = dynamics(0.5, 0.1);
         let shown = plain.clone().with_amplitudes(vec![2.0; COUNT]);
@@ -629,29 +613,6 @@ mod tests {
         for (plain, shown) in free_run(&plain, poses).iter().zip(free_run(&shown, poses)) {
             assert!(plain.iter().zip(&shown).all(|(plain, shown)| (2.0 * plain - shown).abs() < 1e-12));
         }
-    }
-
-    #[test]
-    fn no_more_of_what_cannot_be_foreseen_is_shown_than_it_takes() {
-        let (truth, made) = ([6.0, 1.0, 3.0], [6.0, 0.25, 0.0001]);
-        let shown = |factors: &[f64]| factors.iter().zip(&made).map(|(f, m)| f * f * m).sum::<f64>();
-        let factors = bounded_amplitudes(&truth, &made, amplitude_bound(&truth, &made, 200.0));
-        assert!((1.0..1.01).contains(&factors[0]), "{factors:?}");
-        assert!((factors[1] - 2.0).abs() < 1e-12, "a fold that is there gets its whole spread: {factors:?}");
-        assert!(factors[2] < (truth[2] / made[2]).sqrt(), "{factors:?}");
-        assert!((0.86..0.95).contains(&(shown(&factors) / 10.0)), "{factors:?}");
-        assert!((amplitude_bound(&truth, &made, 3.0) - 3.0).abs() < 1e-12);
-        assert!(bounded_amplitudes(&truth, &made, 1.0).iter().all(|factor| (factor - 1.0).abs() < 1e-12));
-    }
-
-    #[test]
-    fn the_pose_alone_is_weakened_where_it_would_overshoot_and_nowhere_else() {
-        let mut coefficients = Matrix::from_fn(2, 3, |row, column| 1.0 + row as f64 + column as f64);
-        let before = coefficients.clone();
-        hold_down(&mut coefficients, &[2.0, 3.0, 1.0], &[4.0, 1.5, 1.0]);
-        let shares = [1.0, 0.5, 1.0];
-        let wanted = Matrix::from_fn(2, 3, |row, column| shares[column] * before[(row, column)]);
-        assert_eq!(coefficients, wanted);
     }
 
     #[test]
@@ -724,7 +685,7 @@ mod tests {
         let wrinkles: Vec<Vec<Vec<f64>>> = motions.iter().map(|motion| free_run(&truth, &motion.frames)).collect();
         let references = each_a_clip(&motions);
         let chosen = DynamicsOptions { max_spectral_radius: 0.97, ..options(1e-10) };
-        let (learned, training) = learn(&[Part::Chest, Part::LeftThigh], &references, &wrinkles, &chosen).unwrap();
+        let (learned, training, _) = learn(&[Part::Chest, Part::LeftThigh], &references, &wrinkles, &chosen).unwrap();
         assert!(training.learned_spectral_radius > 1.0, "{training:?}");
         assert!(training.spectral_radius < 0.9701, "{training:?}");
         let largest = wrinkles.iter().flatten().flatten().fold(0.0f64, |largest, value| largest.max(value.abs()));

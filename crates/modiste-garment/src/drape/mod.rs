@@ -1,5 +1,6 @@
 //! The factored clothing model of DRAPE (Guan et al. 2012, §4; Guan 2013, ch. 5 §3).
 
+mod amplitudes;
 mod basis;
 mod blend;
 mod clips;
@@ -23,10 +24,9 @@ mod tests;
 mod training_set;
 mod wrinkle;
 
-pub use clips::Clips;
 pub use coarse::CoarseOptions;
 pub use dynamics::{Dynamics, DynamicsState};
-pub use dynamics_training::{DynamicsOptions, DynamicsTraining, learn as learn_dynamics};
+pub use dynamics_training::{DynamicsOptions, DynamicsTraining};
 pub use features::{InputOptions, PoseInputs};
 pub use file::KIND;
 pub use leave_one_out::{LeaveOneOut, Placement, leave_one_out};

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use modiste_body::Pose;
 use modiste_core::{GradientReconstruction, Mat3, Progress, Vec3};
 
+use super::amplitudes::{Looks, Surface};
 use super::blend::blend_parts;
 use super::clips::Clips;
 use super::coarse::{CoarseModel, CoarseOptions};
@@ -66,7 +67,7 @@ pub struct DrapeModel {
     pub(crate) reconstruction: GradientReconstruction,
 }
 
-fn reconstruction(garment: &Garment) -> Result<GradientReconstruction, GarmentError> {
+pub(super) fn reconstruction(garment: &Garment) -> Result<GradientReconstruction, GarmentError> {
     GradientReconstruction::new(&garment.topology, &garment.template)
         .map_err(GarmentError::solve("reconstruction matrix"))
 }
@@ -99,22 +100,30 @@ impl DrapeModel {
         progress.advance(&stage, 2);
         let clips = Clips::of(&sequences);
         let motions: Vec<_> = clips.into_iter().zip(sequences.iter().map(|sequence| &sequence.motion)).collect();
-        let (mut dynamics, training) = learn(&set.garment.face_parts, &motions, &coefficients, &options.dynamics)?;
+        let (mut dynamics, training, runs) =
+            learn(&set.garment.face_parts, &motions, &coefficients, &options.dynamics)?;
         progress.advance(&stage, 3);
+        let reconstruction = reconstruction(&set.garment)?;
+        let fitting = Fitting::new(&set.garment, &shape, &wrinkle, (&[], 0.0));
+        let reference = |pose: &Pose, anchors: &[Vec3], out: &mut [Vec3]| {
+            let to_anchors = |x: &[Vec3]| -offset(&set.garment.anchors, x, anchors);
+            let mut gradients = vec![Mat3::IDENTITY; set.garment.topology.face_count()];
+            fitting.write_reference((&wrinkle, &reconstruction), (pose, &to_anchors), &mut gradients, out);
+        };
         let coarse = if options.coarse.count > 0 {
-            let reconstruction = reconstruction(&set.garment)?;
-            let fitting = Fitting::new(&set.garment, &shape, &wrinkle, (&[], 0.0));
-            let reference = |pose: &Pose, anchors: &[Vec3], out: &mut [Vec3]| {
-                let to_anchors = |x: &[Vec3]| -offset(&set.garment.anchors, x, anchors);
-                let mut gradients = vec![Mat3::IDENTITY; set.garment.topology.face_count()];
-                fitting.write_reference((&wrinkle, &reconstruction), (pose, &to_anchors), &mut gradients, out);
-            };
             Some(CoarseModel::train(&set.garment, blend.vertices, &sequences, &options.coarse, &reference)?)
         } else {
             None
         };
         if options.dynamics.max_amplitude > 1.0 {
-            dynamics.amplify(&wrinkle.fine_gains());
+            let surface = match &coarse {
+                Some(coarse) => Surface::Coarse(coarse, &reference),
+                None => Surface::Plain(&reconstruction),
+            };
+            let looks = Looks::new(&set.garment, &fitting, (&wrinkle, surface), &sequences, &runs);
+            let is_enough = |factors: &[f64]| looks.are_wrinkled(factors);
+            let amplitudes = runs.amplitudes(&wrinkle.fine_gains(), options.dynamics.max_amplitude, is_enough);
+            dynamics = dynamics.shown_at(&amplitudes);
         }
         if training.spectral_radius < training.learned_spectral_radius {
             progress.warn(&format!(

@@ -63,9 +63,14 @@ impl Fitting {
         gradients: &mut [Mat3],
         out: &mut [Vec3],
     ) {
-        wrinkle.compose(pose, &self.shape_deformations, &wrinkle.mean, gradients);
+        self.compose(wrinkle, (pose, &wrinkle.mean), gradients);
         reconstruction.reconstruct(gradients, out);
         self.place(pose, to_anchors(out), out);
+    }
+
+    /// Writes the composed gradients of all faces with these wrinkles, a flat row.
+    pub(crate) fn compose(&self, wrinkle: &WrinkleModel, (pose, wrinkles): (&Pose, &[f32]), gradients: &mut [Mat3]) {
+        wrinkle.compose(pose, &self.shape_deformations, wrinkles, gradients);
     }
 }
 
@@ -206,11 +211,11 @@ impl Synthesis {
                     &mut course.places,
                 );
                 coarse.displace(pose, &course.coefficients, &mut course.scratch, &mut course.places);
-                model.wrinkle.compose(pose, &fitting.shape_deformations, &self.wrinkles, gradients);
+                fitting.compose(&model.wrinkle, (pose, &self.wrinkles), gradients);
                 coarse.reconstruct(gradients, &course.places, vertices);
             }
             _ => {
-                model.wrinkle.compose(pose, &fitting.shape_deformations, &self.wrinkles, gradients);
+                fitting.compose(&model.wrinkle, (pose, &self.wrinkles), gradients);
                 model.reconstruction.reconstruct(gradients, vertices);
                 let way = to_anchors(vertices);
                 fitting.place(pose, way, vertices);

@@ -41,6 +41,9 @@ impl Default for CoarseOptions {
     }
 }
 
+/// Writes the garment with mean wrinkles (m) for a pose and the places of the body's anchors (m).
+pub(crate) type Reference<'a> = dyn Fn(&Pose, &[Vec3], &mut [Vec3]) + Sync + 'a;
+
 /// Frames, spread evenly, that the components are learned from.
 const MOST_FRAMES: usize = 3000;
 
@@ -71,8 +74,7 @@ pub(crate) struct Learned {
 }
 
 impl CoarseModel {
-    /// Learns from all frames of some sequences. `reference` writes the garment with mean wrinkles (m) for a pose and the
-    /// places of the body's anchors.
+    /// Learns from all frames of some sequences.
     ///
     /// # Errors
     /// Fewer than two frames, or a solve that fails.
@@ -81,7 +83,7 @@ impl CoarseModel {
         blend: RotationBlend,
         sequences: &[PoseSequence],
         options: &CoarseOptions,
-        reference: &(dyn Fn(&Pose, &[Vec3], &mut [Vec3]) + Sync),
+        reference: &Reference<'_>,
     ) -> Result<Self, GarmentError> {
         let rows: Vec<Vec<Vec<f32>>> =
             sequences.iter().map(|sequence| displacements(&blend, sequence, reference)).collect();
@@ -155,6 +157,19 @@ impl CoarseModel {
         }
     }
 
+    /// The places (m) that are foretold for the last of some poses in a row, from the body's anchors (m) then.
+    pub(crate) fn places(&self, reference: &Reference<'_>, poses: &[Pose], anchors: &[Vec3]) -> Vec<Vec3> {
+        let mut places = vec![Vec3::ZERO; self.learned.mean.len() / 3];
+        if let Some(pose) = poses.last() {
+            let inputs = input_rows(&self.learned.inputs, poses);
+            let mut coefficients = vec![0.0; self.count()];
+            self.learned.dynamic.predict(inputs.row(inputs.rows - 1), &mut coefficients);
+            reference(pose, anchors, &mut places);
+            self.displace(pose, &coefficients, &mut Vec::new(), &mut places);
+        }
+        places
+    }
+
     /// The mesh with the coarse shape of `places` and the fine shape of `gradients`.
     pub(crate) fn reconstruct(&self, gradients: &[Mat3], places: &[Vec3], out: &mut [Vec3]) {
         self.reconstruction.reconstruct(gradients, places, out);
@@ -173,11 +188,7 @@ fn input_rows(inputs: &MotionInputs, poses: &[Pose]) -> Matrix {
 }
 
 /// Displacements in every frame of a sequence.
-fn displacements(
-    blend: &RotationBlend,
-    sequence: &PoseSequence,
-    reference: &(dyn Fn(&Pose, &[Vec3], &mut [Vec3]) + Sync),
-) -> Vec<Vec<f32>> {
+fn displacements(blend: &RotationBlend, sequence: &PoseSequence, reference: &Reference<'_>) -> Vec<Vec<f32>> {
     let frames = sequence.motion.frames.par_iter().zip(&sequence.frames).zip(&sequence.body_anchors);
     frames
         .map(|((pose, vertices), anchors)| {
