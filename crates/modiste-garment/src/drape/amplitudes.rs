@@ -22,7 +22,7 @@ const ENOUGH_CURVATURE: f64 = 0.95;
 const MOST_FRAMES: usize = 120;
 
 /// Halvings of the interval in which the bound of the factors is sought.
-const HALVINGS: u32 = 7;
+const HALVINGS: u32 = 8;
 
 /// What runs of the dynamics make of motions that they were learned without.
 #[derive(Debug, Clone)]
@@ -55,11 +55,11 @@ pub(crate) struct Amplitudes {
 
 impl HeldOutRuns {
     /// The factors, at least one and at most `most`, with the least bound for which `is_enough` holds of those with
-    /// dynamics. `gains` are factors on top, one per ψ, under the same bound.
-    pub(crate) fn amplitudes(&self, gains: &[f64], most: f64, is_enough: impl Fn(&[f64]) -> bool) -> Amplitudes {
+    /// dynamics.
+    pub(crate) fn amplitudes(&self, most: f64, is_enough: impl Fn(&[f64]) -> bool) -> Amplitudes {
         let factors = |made: &[f64], bound: f64| -> Vec<f64> {
-            let spreads = self.truth.iter().zip(made).zip(gains);
-            spreads.map(|((truth, made), gain)| (gain * ratio(*truth, *made)).clamp(1.0, bound)).collect()
+            let factor = |(truth, made): (&f64, &f64)| (truth / made.max(f64::MIN_POSITIVE)).sqrt().clamp(1.0, bound);
+            self.truth.iter().zip(made).map(factor).collect()
         };
         let (mut low, mut high) = (1.0, most.max(1.0));
         for _ in 0..HALVINGS {
@@ -73,9 +73,14 @@ impl HeldOutRuns {
     }
 }
 
-/// The factor that makes a sum of squares `made` as large as `truth`.
-fn ratio(truth: f64, made: f64) -> f64 {
-    (truth / made.max(f64::MIN_POSITIVE)).sqrt()
+impl Amplitudes {
+    /// With factors on top, one per ψ.
+    pub(crate) fn times(mut self, gains: &[f64]) -> Self {
+        for amplitudes in [&mut self.dynamic, &mut self.fixed] {
+            amplitudes.iter_mut().zip(gains).for_each(|(amplitude, gain)| *amplitude *= gain);
+        }
+        self
+    }
 }
 
 /// Held-out frames as meshes, on the mean body.
@@ -177,22 +182,23 @@ mod tests {
         let made = [6.0, 0.25, 0.0001];
         let runs = runs(&[6.0, 1.0, 3.0], &made, &made);
         let shown = |factors: &[f64]| factors.iter().zip(&made).map(|(f, m)| f * f * m).sum::<f64>();
-        let found = runs.amplitudes(&[1.0; 3], 200.0, |factors| shown(factors) >= 8.7).dynamic;
+        let found = runs.amplitudes(200.0, |factors| shown(factors) >= 8.7).dynamic;
         assert!((found[0] - 1.0).abs() < 1e-12, "{found:?}");
         assert!((found[1] - 2.0).abs() < 1e-12, "a fold that is there gets its whole spread: {found:?}");
         assert!(found[2] < 3e4f64.sqrt(), "{found:?}");
         assert!((8.7..9.2).contains(&shown(&found)), "{found:?}");
-        let never = runs.amplitudes(&[1.0; 3], 3.0, |_| false).dynamic;
+        let never = runs.amplitudes(3.0, |_| false).dynamic;
         assert_eq!(never, [1.0, 2.0, 3.0]);
-        let paper = runs.amplitudes(&[1.5; 3], 1.0, |_| false);
+        let paper = runs.amplitudes(1.0, |_| false);
         assert_eq!((paper.dynamic, paper.fixed), (vec![1.0; 3], vec![1.0; 3]));
     }
 
     #[test]
     fn the_pose_alone_is_held_down_where_it_would_overshoot_and_raised_nowhere() {
-        let found = runs(&[4.0, 4.0, 4.0], &[1.0, 1.0, 4.0], &[4.0, 0.25, 1.0]).amplitudes(&[1.0; 3], 10.0, |_| false);
+        let found = runs(&[4.0, 4.0, 4.0], &[1.0, 1.0, 4.0], &[4.0, 0.25, 1.0]).amplitudes(10.0, |_| false);
         assert_eq!(found.dynamic, [2.0, 2.0, 1.0]);
         assert_eq!(found.fixed, [1.0, 2.0, 1.0]);
+        assert_eq!(found.times(&[1.0, 1.0, 1.5]).fixed, [1.0, 2.0, 1.5]);
     }
 
     #[test]

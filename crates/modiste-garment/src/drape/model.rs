@@ -122,8 +122,9 @@ impl DrapeModel {
             };
             let looks = Looks::new(&set.garment, &fitting, (&wrinkle, surface), &sequences, &runs);
             let is_enough = |factors: &[f64]| looks.are_wrinkled(factors);
-            let amplitudes = runs.amplitudes(&wrinkle.fine_gains(), options.dynamics.max_amplitude, is_enough);
-            dynamics = dynamics.shown_at(&amplitudes);
+            let amplitudes = runs.amplitudes(options.dynamics.max_amplitude, is_enough);
+            // The space holds the frames that were looked at, as it was learned from them.
+            dynamics = dynamics.shown_at(&amplitudes.times(&wrinkle.fine_gains()));
         }
         if training.spectral_radius < training.learned_spectral_radius {
             progress.warn(&format!(
