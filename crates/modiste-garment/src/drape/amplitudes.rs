@@ -2,7 +2,7 @@
 //!
 //! Least squares foretell the mean of all wrinkles that go with a pose, which is flatter than each of them. So every ψ has a
 //! factor that gives back some of the spread which it has in motions that were held out, and all of them together as much as
-//! it takes that those motions look nearly as wrinkled as simulated ones. More is not better: a fold that cannot be foreseen
+//! it takes that those motions look as wrinkled as simulated ones. More is not better: a fold that cannot be foreseen
 //! is wrong wherever it is shown.
 
 use modiste_body::Pose;
@@ -16,7 +16,7 @@ use super::training_set::{Garment, PoseSequence};
 use super::wrinkle::WrinkleModel;
 
 /// The mean curvature that the factors are to give held-out motions, as a share of that of the simulation.
-const ENOUGH_CURVATURE: f64 = 0.95;
+const ENOUGH_CURVATURE: f64 = 1.0;
 
 /// Held-out frames, spread evenly, that are looked at.
 const MOST_FRAMES: usize = 120;
