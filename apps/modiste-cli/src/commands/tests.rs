@@ -57,6 +57,9 @@ fn contradictions_and_unknown_words_are_refused() {
     for words in [
         "modiste dress --shape 1 --height 1.8",
         "modiste dress --frames 3 --seconds 1",
+        "modiste bench dress --frames 0",
+        "modiste bench dress --threads 1,0",
+        "modiste bench hair --guides many",
         "modiste dress --measure nose=0.1",
         "modiste dress --measure neck_girth=wide",
         "modiste dress --action swim",

@@ -18,7 +18,7 @@ pub(crate) struct HairArguments {
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "hair", allow_hyphen_values = true)]
     hair_softness: f64,
     /// Wind: its strength and where it blows to, seen from the person: +z ahead, +x to their left.
-    #[arg(long, value_name = "STRENGTH,DIRECTION", value_parser = wind, requires = "hair")]
+    #[arg(long, value_name = "STRENGTH,DIRECTION", value_parser = wind, requires = "hair", allow_hyphen_values = true)]
     wind: Option<(f64, WindDirection)>,
 }
 

@@ -1,6 +1,7 @@
 //! Words that several commands share.
 
 mod body_choice;
+mod count;
 mod formats;
 mod gender;
 mod hair_choice;
@@ -8,6 +9,7 @@ mod sources;
 mod wind;
 
 pub(crate) use body_choice::BodyArguments;
+pub(crate) use count::count;
 pub(crate) use formats::{FormatName, formats};
 pub(crate) use gender::GenderName;
 pub(crate) use hair_choice::HairArguments;

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use clap::Args;
 use modiste::{BenchDress, BenchedDress};
 
-use crate::words::GenderName;
+use crate::words::{GenderName, count};
 
 /// Time the outfits of DRAPE's table 1 from the pose in to the vertices out, one character at a time.
 #[derive(Debug, Args)]
@@ -15,10 +15,10 @@ pub(crate) struct BenchDressArguments {
     #[arg(long, value_enum, default_value = "female")]
     gender: GenderName,
     /// Numbers of threads, with commas between.
-    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2")]
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2", value_parser = count)]
     threads: Vec<usize>,
     /// Frames that count.
-    #[arg(long, value_name = "NUMBER", default_value_t = 120)]
+    #[arg(long, value_name = "NUMBER", default_value_t = 120, value_parser = count)]
     frames: usize,
     /// Print a list of rows as JSON.
     #[arg(long)]

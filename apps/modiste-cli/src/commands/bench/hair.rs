@@ -5,6 +5,8 @@ use std::fmt::Write;
 use clap::Args;
 use modiste::{BenchHair, BenchedHair};
 
+use crate::words::count;
+
 /// Time learned hair beside our physics.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  modiste bench hair --json")]
@@ -13,13 +15,13 @@ pub(crate) struct BenchHairArguments {
     #[arg(long, value_name = "NAME", default_value = "long")]
     hair: String,
     /// Numbers of guides, with commas between.
-    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "198,962,3980")]
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "198,962,3980", value_parser = count)]
     guides: Vec<usize>,
     /// Numbers of threads, with commas between.
-    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2")]
+    #[arg(long, value_name = "NUMBERS", value_delimiter = ',', default_value = "1,2", value_parser = count)]
     threads: Vec<usize>,
     /// Frames that count.
-    #[arg(long, value_name = "NUMBER", default_value_t = 120)]
+    #[arg(long, value_name = "NUMBER", default_value_t = 120, value_parser = count)]
     frames: usize,
     /// Print a list of rows as JSON.
     #[arg(long)]

@@ -73,28 +73,30 @@ fn motions_table(made: &EvaluatedGarment) -> String {
     let mut text = String::new();
     let _always_ok = write!(
         text,
-        "\n{:<24}{:>6}{:>8}{:>16}{:>12}{:>20}",
-        "motion", "body", "frames", "dynamic (mm)", "static (mm)", "curvature ratio"
+        "\n{:<24}{:>6}{:>8}{:>16}{:>12}{:>20}{:>18}",
+        "motion", "body", "frames", "dynamic (mm)", "static (mm)", "paper's model (mm)", "curvature ratio"
     );
     for motion in made.evaluation.mean_body.iter().chain(&made.evaluation.other_bodies) {
         let body = if motion.body == 0 { "mean".to_owned() } else { motion.body.to_string() };
         let _always_ok = write!(
             text,
-            "\n{:<24}{body:>6}{:>8}{:>16.1}{:>12.1}{:>20.2}",
+            "\n{:<24}{body:>6}{:>8}{:>16.1}{:>12.1}{:>20.1}{:>18.2}",
             motion.motion,
             motion.frames,
             1e3 * motion.error,
             1e3 * motion.static_error,
+            1e3 * motion.plain_error,
             motion.curvature[1] / motion.curvature[0].max(f64::MIN_POSITIVE)
         );
     }
     for (name, mean) in [("all, mean body", made.mean_body), ("all, other bodies", made.other_bodies)] {
         let _always_ok = write!(
             text,
-            "\n{name:<30}{:>8}{:>16.1}{:>12.1}{:>20.2}",
+            "\n{name:<30}{:>8}{:>16.1}{:>12.1}{:>20.1}{:>18.2}",
             mean.frames,
             1e3 * mean.error,
             1e3 * mean.static_error,
+            1e3 * mean.plain_error,
             mean.curvature_ratio
         );
     }

@@ -28,7 +28,7 @@ pub(crate) struct HairAnimateArguments {
     #[arg(long, value_name = "FACTOR|FROM..TO", default_value = "1", value_parser = span, allow_hyphen_values = true)]
     softness: [f64; 2],
     /// Wind: its strength and where it blows to.
-    #[arg(long, value_name = "STRENGTH,DIRECTION", value_parser = wind)]
+    #[arg(long, value_name = "STRENGTH,DIRECTION", value_parser = wind, allow_hyphen_values = true)]
     wind: Option<(f64, WindDirection)>,
     /// Number of frames (30 a second); otherwise all of the file, or 4 seconds.
     #[arg(long, value_name = "NUMBER")]
