@@ -159,11 +159,7 @@ impl Site {
         for index in 0..self.contacts.count {
             let (owner, contact) = (usize::from(self.contacts.owners[index]), self.contacts.items[index]);
             let obstacle = grounds[owner].obstacle;
-            let is_inside = || match contact.certain {
-                true => contact.distance + contact.raised < 0.0,
-                false => !obstacle.sees_outside(*at, contact.face) && obstacle.is_inside(*at),
-            };
-            if obstacle.crosses_itself() && is_inside() {
+            if obstacle.holds(*at, &contact) {
                 *at = obstacle.way_out(*at, 2.0 * least, &mut self.hints[owner]);
                 moved = true;
             }

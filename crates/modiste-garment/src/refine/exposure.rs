@@ -160,6 +160,11 @@ impl Exposure {
         hulls.into_iter().any(|(_, hull)| hull.holds(&extents, margin))
     }
 
+    /// Whether a point may be in another part than the face that it was found nearest to: in its hull, that is.
+    pub(crate) fn may_be_in_another(&self, surface: &Obstacle, point: Vec3, face: u32) -> bool {
+        self.is_near_another(self.parts[surface.topology().faces()[face as usize][0] as usize], point, 0.0)
+    }
+
     /// Whether the surface at a vertex can be reached from outside.
     pub(crate) fn is_vertex_exposed(&self, surface: &Obstacle, vertex: u32) -> bool {
         self.vertices.is_exposed(vertex as usize, || {

@@ -241,6 +241,17 @@ impl Obstacle {
         }
     }
 
+    /// Whether a point with this contact is inside the body. What nothing faces may yet pass through another part, as a
+    /// finger does; so the sign of a contact is taken for it only outside the hulls of other parts.
+    pub(crate) fn holds(&self, point: Vec3, contact: &Contact) -> bool {
+        let Some(exposure) = &self.exposure else { return false };
+        let height = contact.distance + contact.raised;
+        match contact.certain && (height < 0.0 || !exposure.may_be_in_another(self, point, contact.face)) {
+            true => height < 0.0,
+            false => !self.sees_outside(point, contact.face) && self.is_inside(point),
+        }
+    }
+
     /// Where a walk from a face leads, if there is one to begin with.
     fn walked(&self, point: Vec3, from: u32) -> Option<SurfacePoint> {
         (from != NONE).then(|| self.walk(point, from))
@@ -519,6 +530,26 @@ pub(crate) mod tests {
             }
             assert!(certain > 1500, "gap {gap}: {certain}");
             assert!((pinched > 20) == (gap < 0.0), "gap {gap}: {pinched}");
+        }
+    }
+
+    #[test]
+    fn what_holds_a_point_has_it_inside() {
+        let mut rng = seeded_rng(10);
+        for gap in [-0.03, 0.002] {
+            let body = balls(gap);
+            let mut held = 0;
+            for _ in 0..2000 {
+                let mut draw = |scale: f64| scale * Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
+                let centre = Vec3::new(if draw(1.0).x < 0.0 { -0.1 } else { 0.1 }, 0.0, 0.0);
+                let point = centre + (0.1 + draw(0.008).x) * draw(1.0).normalize_or(Vec3::Y);
+                let contact = body.touch(point, f64::INFINITY, &mut NO_HINT.clone()).unwrap();
+                if contact.distance.abs() > 1e-4 {
+                    assert_eq!(body.holds(point, &contact), body.is_inside(point), "gap {gap}, {point}: {contact:?}");
+                    held += usize::from(contact.distance < 0.0);
+                }
+            }
+            assert!(held > 500, "{held}");
         }
     }
 
