@@ -160,9 +160,13 @@ impl Exposure {
         hulls.into_iter().any(|(_, hull)| hull.holds(&extents, margin))
     }
 
-    /// Whether a point may be in another part than the face that it was found nearest to: in its hull, that is.
+    /// Whether a point may be in another part than the face that it was found nearest to: in its hull, that is. Parts that
+    /// meet at a joint have one surface, which leads from one to the other.
     pub(crate) fn may_be_in_another(&self, surface: &Obstacle, point: Vec3, face: u32) -> bool {
-        self.is_near_another(self.parts[surface.topology().faces()[face as usize][0] as usize], point, 0.0)
+        let own = self.parts[surface.topology().faces()[face as usize][0] as usize];
+        let extents = extents(point);
+        let is_other = |part: Part| part != own && part.parent() != Some(own) && own.parent() != Some(part);
+        Part::ALL.into_iter().zip(&self.hulls).any(|(part, hull)| is_other(part) && hull.holds(&extents, 0.0))
     }
 
     /// Whether the surface at a vertex can be reached from outside.
