@@ -40,13 +40,16 @@ pub(crate) struct HeldOutRuns {
 /// One frame of such a run.
 #[derive(Debug, Clone)]
 pub(crate) struct HeldOutFrame {
+    /// Place of its motion among those that were learned from.
     pub(crate) sequence: usize,
+    /// Its place in the motion.
     pub(crate) frame: usize,
+    /// ψ as it was run, without a factor.
     pub(crate) wrinkles: Vec<f64>,
 }
 
 /// A factor on each ψ, in runs with dynamics and without. The latter are no larger: what spreads too wide from the pose alone
-/// is held down, but what the pose foretells less well than the past does is shown less.
+/// is held down, and what the pose foretells less well than the past does is not raised to make up for it.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Amplitudes {
     pub(crate) dynamic: Vec<f64>,
@@ -90,7 +93,7 @@ pub(crate) struct Looks<'a> {
     wrinkle: &'a WrinkleModel,
     surface: Surface<'a>,
     frames: Vec<Frame<'a>>,
-    /// Mean curvature (1/m) of the simulations of these frames.
+    /// Sum over these frames of the mean curvature (1/m) of their simulations.
     truth: f64,
 }
 

@@ -56,7 +56,8 @@ pub(crate) struct Contact {
     pub(crate) barycentric: [f64; 3],
     /// How much further the surface itself is (m), where garments lie on it that count as part of it.
     pub(crate) raised: f64,
-    /// Whether the sign is beyond doubt. Near buried surface it is told to the size of a triangle.
+    /// Whether the sign is beyond doubt, as far as the surface around is concerned (see [`Obstacle::holds`]). Near buried
+    /// surface it is told to the size of a triangle.
     pub(crate) certain: bool,
 }
 
@@ -241,15 +242,18 @@ impl Obstacle {
         }
     }
 
-    /// Whether a point with this contact is inside the body. What nothing faces may yet pass through another part, as a
-    /// finger does; so the sign of a contact is taken for it only outside the hulls of other parts.
+    /// Whether a point (m) with this contact is inside the body; never where parts cannot pass through each other. Another
+    /// part, such as a finger, may hold the point though nothing faces the surface under it; so a contact that says outside
+    /// is believed only outside the hulls of the parts that are no neighbours.
     pub(crate) fn holds(&self, point: Vec3, contact: &Contact) -> bool {
         let Some(exposure) = &self.exposure else { return false };
-        let height = contact.distance + contact.raised;
-        match contact.certain && (height < 0.0 || !exposure.may_be_in_another(self, point, contact.face)) {
-            true => height < 0.0,
-            false => !self.sees_outside(point, contact.face) && self.is_inside(point),
+        if contact.certain {
+            let is_under = contact.distance + contact.raised < 0.0;
+            if is_under || !exposure.may_be_in_another(self, point, contact.face) {
+                return is_under;
+            }
         }
+        !self.sees_outside(point, contact.face) && self.is_inside(point)
     }
 
     /// Where a walk from a face leads, if there is one to begin with.
