@@ -221,7 +221,7 @@ impl Outfit {
             }));
             let exact = fit.fit(&below, cover, vertices);
             if let Some(own) = own_surface {
-                own.update(vertices);
+                fit.update_surface(vertices, own);
                 fit.lay_on(surface, covered_faces, cover, CLOTH_THICKNESS);
             }
             *report = layer_report(exact, report.synthesis_seconds, started.elapsed().as_secs_f64());

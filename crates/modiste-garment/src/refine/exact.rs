@@ -181,6 +181,14 @@ impl ExactPush {
         self.sites.iter().filter(|site| site.exit.is_none()).filter_map(|site| site.contacts.of(0))
     }
 
+    /// The direction away from the body at every vertex, zero where it is not known.
+    pub(crate) fn outward(&self) -> impl Iterator<Item = Vec3> {
+        let is_free = |site: &Site| site.exit.is_none();
+        self.sites.iter().map(move |site| {
+            site.contacts.of(0).filter(|_| is_free(site)).map_or(Vec3::ZERO, |contact| contact.normal)
+        })
+    }
+
     /// The paper's iterations with the nearest points of triangles for correspondences, which stay as they were found.
     fn iterate(
         &mut self,

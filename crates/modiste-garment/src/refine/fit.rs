@@ -117,6 +117,14 @@ impl Fit {
         }
     }
 
+    /// Moves the surface of the garment to where it was fitted last, its outside away from the body.
+    pub(crate) fn update_surface(&self, vertices: &[Vec3], surface: &mut Obstacle) {
+        match &self.exact {
+            Some(exact) => surface.update_worn(vertices, exact.outward()),
+            None => surface.update(vertices),
+        }
+    }
+
     /// Lays the garment as it was fitted last on the faces of the body that it covers, for those above it; `thickness` in
     /// metres.
     pub(crate) fn lay_on(&self, body: &Obstacle, covered: &[bool], cover: &mut Cover, thickness: f64) {

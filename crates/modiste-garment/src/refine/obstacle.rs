@@ -32,6 +32,8 @@ pub struct Obstacle {
     vertex_normals: Vec<Vec3>,
     /// Distance from the faces at which the outside begins (m).
     thickness: f64,
+    /// Where the outside is at each vertex, where that is known better than by the sides of the faces; empty where not.
+    outward: Vec<Vec3>,
     /// What is buried where; `None` for a surface that is taken not to cross itself.
     exposure: Option<Exposure>,
 }
@@ -128,11 +130,21 @@ impl Obstacle {
             face_normals: vec![Vec3::ZERO; topology.face_count()],
             vertex_normals: vec![Vec3::ZERO; topology.vertex_count()],
             thickness: 0.0,
+            outward: Vec::new(),
             exposure: None,
             topology,
         };
         obstacle.update(vertices);
         obstacle
+    }
+
+    /// [`Self::update`] of a garment: `outward` are the directions away from the body at its vertices.
+    ///
+    /// The outside is there even where the cloth is folded over, as the rim of a waist band may be, and shows its inner side.
+    pub(crate) fn update_worn(&mut self, vertices: &[Vec3], outward: impl Iterator<Item = Vec3>) {
+        self.outward.clear();
+        self.outward.extend(outward);
+        self.update(vertices);
     }
 
     /// Moves the surface to new vertices (m, world).
@@ -143,6 +155,10 @@ impl Obstacle {
         for (&face, normal) in self.topology.faces().iter().zip(&mut self.face_normals) {
             let corners = face.map(|vertex| vertices[vertex as usize]);
             *normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+            if !self.outward.is_empty() {
+                let outward: Vec3 = face.iter().map(|&vertex| self.outward[vertex as usize]).sum();
+                *normal = if outward.dot(*normal) < 0.0 { -*normal } else { *normal };
+            }
             for (corner, angle) in angles(corners).into_iter().enumerate() {
                 self.vertex_normals[face[corner] as usize] += angle * *normal;
             }
@@ -351,6 +367,10 @@ impl Obstacle {
         };
         let offset = point - at.point;
         let height = offset.dot(pseudo_normal);
+        if height < 0.0 && self.is_beyond(at, offset) {
+            let distance = at.distance - self.thickness;
+            return Some(Contact::at(at, distance, offset.normalize_or(pseudo_normal)));
+        }
         if on_boundary {
             let aside = (at.distance * at.distance - height * height).max(0.0).sqrt();
             let distance = height - self.thickness;
@@ -361,6 +381,14 @@ impl Obstacle {
         // Close to the surface the offset is rounding, and the pseudo-normal is the direction.
         let normal = if at.distance > 1e-7 { sign / at.distance * offset } else { pseudo_normal };
         Some(Contact::at(at, sign * at.distance - self.thickness, normal))
+    }
+
+    /// Whether a point is further out than the nearest point of a garment, as seen from the body. What is above it then is
+    /// folded over cloth, or the rim of a band, whose sides do not tell above from below.
+    fn is_beyond(&self, at: &SurfacePoint, offset: Vec3) -> bool {
+        let face = self.topology.faces()[at.face as usize];
+        let outward = |(&vertex, share): (&u32, f64)| share * self.outward[vertex as usize];
+        !self.outward.is_empty() && face.iter().zip(at.barycentric).map(outward).sum::<Vec3>().dot(offset) > 0.0
     }
 }
 
