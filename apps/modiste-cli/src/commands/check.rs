@@ -44,6 +44,7 @@ pub(crate) fn text(checked: &Checked) -> String {
         line(format!("{name} inside the body"), "vertices", &found.inside_body);
         line(format!("{name} pinched between parts of the body"), "vertices", &found.pinched);
         line(format!("{name} crossing the body"), "pairs of triangles", &found.crossing_body);
+        line(format!("{name} crossing it where its parts are in each other"), "pairs of triangles", &found.caught);
         line(format!("{name} crossing itself"), "pairs of triangles", &found.crossing_itself);
     }
     for found in &report.layers {
@@ -56,7 +57,7 @@ pub(crate) fn text(checked: &Checked) -> String {
     let verdict = if report.holds { "holds" } else { "does not hold" };
     let _always_ok = write!(
         text,
-        "\nthe guarantee {verdict}: no vertex inside the body, nothing in the body or in a garment below by more than {limit} mm"
+        "\nthe guarantee {verdict}: no vertex inside the body, nothing in the body or in a garment below by more than {limit} mm, but where parts of the body are in each other"
     );
     text
 }

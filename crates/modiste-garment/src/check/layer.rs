@@ -46,10 +46,10 @@ impl<'a> Layer<'a> {
         Sounding { depth: if is_below { depth } else { -at.distance }, nearest }
     }
 
-    /// Whether a point is nearer to the body than one of the garment: behind cloth that stands off or crosses itself there is
-    /// also the air outside.
+    /// Whether a point is nearer to the body than one of the garment, and has it above itself as seen from there: behind cloth
+    /// that stands off or crosses itself there is also the air outside, and past a hem that is folded over nothing is below.
     fn is_under(&self, point: Vec3, cloth: Vec3) -> bool {
-        self.skin.distance(point) < self.skin.distance(cloth)
+        self.skin.normal_at(cloth).dot(cloth - point) > 0.0 && self.skin.distance(point) < self.skin.distance(cloth)
     }
 
     /// Whether a face has its outer side away from the body. Where cloth is folded over, its outer side does not say what is

@@ -4,13 +4,18 @@
 //!
 //! | finding | depth |
 //! |---|---|
-//! | garment in the body | the greatest distance from the skin of any point of the garment's triangles that is inside, corners or not |
+//! | garment in the body | the greatest distance from the skin of any point of the garment's triangles that is in one part of the body, corners or not |
 //! | outer garment in an inner one | the same, below the inner garment's surface, where that lies with its outer side outwards, of points that are nearer to the body than it |
 //! | garment in itself | the shortest way by which the two crossing triangles come apart ([`modiste_core::triangle_separation`]) |
 //!
-//! Inside is where the body's winding number is above one half, so a body that crosses itself counts as the union of its
-//! parts. Where the skin nearest to a point inside lies in another part of the body, in a thigh that has sunk into the
-//! other, cloth is *pinched*: there is no surface that it could be outside of. It is counted apart, and is in no depth.
+//! A point is in as many parts of the body as its winding number says. Where that is two or more, in a thigh that has sunk
+//! into the other, cloth is *pinched*: it lies between the parts, and there is no surface that it could be outside of. It is
+//! counted apart, and has no depth. In one part only it does have one, whichever skin is nearest: skin that is buried in
+//! another part is where the place between the two begins.
+//!
+//! Triangles that cross the body within [the size of a triangle](skin) of skin that crosses other skin are *caught*: on their
+//! way between the parts they must pass the crease, which triangles of a centimetre do not follow. They are counted and
+//! measured like all others, but on a line of their own, and the frame is told; nothing else is ever caught.
 
 mod layer;
 mod report;
@@ -75,8 +80,10 @@ pub struct GarmentCheck {
     pub inside: Found,
     /// Vertices caught between parts of the body that are in each other; depth below the nearest skin that is not.
     pub pinched: Found,
-    /// Pairs of a triangle of the garment and one of the body that cross.
+    /// Pairs of a triangle of the garment and one of the body that cross, but for those that are caught.
     pub body: Found,
+    /// Such pairs where parts of the body are in each other.
+    pub caught: Found,
     /// Pairs of triangles of the garment that cross.
     pub itself: Found,
 }

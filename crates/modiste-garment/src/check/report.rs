@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::{Found, FrameCheck};
 
 /// Schema of the report.
-const SCHEMA: &str = "modiste-check-1";
+const SCHEMA: &str = "modiste-check-2";
 
 /// Depths that are allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -48,8 +48,10 @@ pub struct GarmentFindings {
     pub inside_body: Finding,
     /// Vertices pinched between parts of the body that are in each other.
     pub pinched: Finding,
-    /// Pairs of a triangle of the garment and one of the body that cross.
+    /// Pairs of a triangle of the garment and one of the body that cross, but for those that are caught.
     pub crossing_body: Finding,
+    /// Such pairs where parts of the body are in each other. They are told, and do not fail the check.
+    pub caught: Finding,
     /// Pairs of its own triangles that cross.
     pub crossing_itself: Finding,
 }
@@ -77,7 +79,7 @@ pub struct CheckReport {
     /// What is allowed.
     pub limits: Limits,
     /// Whether in every frame no vertex is inside the body, and nothing is deeper in the body or in an inner garment than is
-    /// allowed.
+    /// allowed, but where parts of the body are in each other.
     pub holds: bool,
     /// Vertices of the body inside another part of it: the frames to be wary of.
     pub body_in_itself: Finding,
@@ -147,6 +149,7 @@ impl CheckReport {
             sum.inside_body.add(frame, garment.inside, 0.0);
             sum.pinched.add(frame, garment.pinched, f64::INFINITY);
             sum.crossing_body.add(frame, garment.body, limits.crossing_mm);
+            sum.caught.add(frame, garment.caught, limits.crossing_mm);
             sum.crossing_itself.add(frame, garment.itself, limits.itself_mm);
             self.holds &= garment.inside.count == 0 && 1e3 * garment.body.depth <= limits.crossing_mm;
         }

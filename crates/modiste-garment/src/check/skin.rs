@@ -1,6 +1,6 @@
 //! What is inside the body.
 
-use modiste_core::{Sounding, SurfacePoint, Vec3, corners, pseudonormal, vertex_normals};
+use modiste_core::{Sounding, SurfacePoint, Vec3, closest_point_on_triangle, corners, pseudonormal, vertex_normals};
 
 use super::{Found, GarmentCheck, Surface, faces_of};
 
@@ -10,6 +10,9 @@ const JUST_OUTSIDE: f64 = 1e-4;
 /// Along this ray the crossings of a closed body are counted, its winding number: roughly ahead, which is the shortest way
 /// through a body that stands, and along no edge of a regular mesh.
 const AHEAD: Vec3 = Vec3::new(0.091, 0.127, 1.0);
+
+/// Cloth nearer than this (m), the size of a triangle, to skin of a part that crosses another part is caught there.
+const AT_CROSSING: f64 = 0.015;
 
 /// The surface of a body in one frame.
 pub(super) struct Skin<'a> {
@@ -23,9 +26,9 @@ pub(super) struct Skin<'a> {
 /// Where a point lies.
 enum Place {
     Outside,
-    /// Inside, at this depth (m).
+    /// In one part of the body, at this depth (m).
     Inside(f64),
-    /// Inside, where the nearest skin is in another part of the body.
+    /// In two parts of the body or more, which are in each other there.
     Pinched,
 }
 
@@ -40,19 +43,16 @@ impl<'a> Skin<'a> {
         Self { surface, x, crossing, is_closed }
     }
 
-    fn is_inside(&self, point: Vec3) -> bool {
+    /// How many parts of the body a point is in.
+    fn parts_around(&self, point: Vec3) -> u32 {
         let tree = &self.surface.tree;
         let crossings = if self.is_closed { tree.crossing_number(self.x, point, AHEAD) } else { None };
-        crossings.map_or_else(|| tree.winding_number(self.x, point) > 0.5, |count| count > 0)
+        let count = crossings.unwrap_or_else(|| tree.winding_number(self.x, point).round() as i32);
+        count.max(0).cast_unsigned()
     }
 
-    /// Whether the skin there bounds the union of all parts of the body.
-    fn can_be_seen(&self, at: &SurfacePoint) -> bool {
-        if self.crossing.is_empty() {
-            return true;
-        }
-        let normal = pseudonormal(&self.surface.topology, self.x, at).normalize_or_zero();
-        !self.is_inside(at.point + JUST_OUTSIDE * normal)
+    fn is_inside(&self, point: Vec3) -> bool {
+        self.parts_around(point) > 0
     }
 
     fn nearest(&self, point: Vec3) -> Option<SurfacePoint> {
@@ -71,22 +71,19 @@ impl<'a> Skin<'a> {
     }
 
     fn place(&self, point: Vec3) -> Place {
-        if !self.is_inside(point) {
-            return Place::Outside;
-        }
-        match self.nearest(point) {
-            Some(at) if self.can_be_seen(&at) => Place::Inside(at.distance),
-            Some(_) => Place::Pinched,
-            None => Place::Outside,
+        match (self.parts_around(point), self.nearest(point)) {
+            (0, _) | (_, None) => Place::Outside,
+            (1, Some(at)) => Place::Inside(at.distance),
+            _ => Place::Pinched,
         }
     }
 
-    /// Signed distance from the skin; where cloth is pinched there is no depth.
+    /// Signed distance from where cloth may be: outside of the body, or between two of its parts.
     fn sound(&self, point: Vec3) -> Sounding {
         let Some(at) = self.nearest(point) else {
             return Sounding { depth: f64::NEG_INFINITY, nearest: [point; 3] };
         };
-        let below = self.is_inside(point) && self.can_be_seen(&at);
+        let below = self.parts_around(point) == 1;
         let face = self.surface.topology.faces()[at.face as usize];
         Sounding { depth: if below { at.distance } else { -at.distance }, nearest: corners(face, self.x) }
     }
@@ -118,6 +115,15 @@ impl<'a> Skin<'a> {
         found
     }
 
+    /// Whether a triangle of cloth is where parts of the body are in each other.
+    fn is_at_crossing(&self, triangle: [Vec3; 3]) -> bool {
+        let is_near = |&vertex: &u32| {
+            let (nearest, _) = closest_point_on_triangle(self.x[vertex as usize], triangle);
+            nearest.distance_squared(self.x[vertex as usize]) < AT_CROSSING * AT_CROSSING
+        };
+        self.crossing.iter().any(is_near)
+    }
+
     /// Vertices of a garment inside the body, and its triangles that cross the body's.
     pub(super) fn garment(&self, garment: &Surface, x: &[Vec3]) -> GarmentCheck {
         let mut found = GarmentCheck::default();
@@ -137,15 +143,20 @@ impl<'a> Skin<'a> {
             }
         }
         let pairs = garment.tree.intersections(x, &self.surface.tree, self.x);
-        found.body = Found { count: pairs.len(), ..found.inside };
+        let triangle = |face: u32| corners(garment.topology.faces()[face as usize], x);
         let mut candidates = faces_of(&pairs);
+        let caught: Vec<u32> =
+            candidates.iter().copied().filter(|&face| self.is_at_crossing(triangle(face))).collect();
+        let is_caught = |face: u32| caught.binary_search(&face).is_ok();
+        found.caught.count = pairs.iter().filter(|pair| is_caught(pair[0])).count();
+        found.body = Found { count: pairs.len() - found.caught.count, ..found.inside };
         let all = (0u32..).zip(garment.topology.faces());
         candidates.extend(all.filter(|(_, face)| face.iter().any(|&v| sunk[v as usize])).map(|(index, _)| index));
         candidates.sort_unstable();
         candidates.dedup();
         for face in candidates {
-            let triangle = corners(garment.topology.faces()[face as usize], x);
-            found.body.offer_triangle(triangle, |point| self.sound(point));
+            let sum = if is_caught(face) { &mut found.caught } else { &mut found.body };
+            sum.offer_triangle(triangle(face), |point| self.sound(point));
         }
         found
     }

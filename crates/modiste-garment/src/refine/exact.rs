@@ -8,6 +8,7 @@ use rayon::prelude::*;
 use super::band::Band;
 use super::contacts::{MOST, Site, wanted_distance};
 use super::cover::Ground;
+use super::crossings::{Crossing, find_crossings};
 use super::obstacle::{Contact, Obstacle};
 use super::paper::PaperOptions;
 use super::shows::{Lift, SHOW_CLEARANCE, find_lifts};
@@ -29,6 +30,8 @@ pub struct ExactOptions {
     pub rounds: usize,
     /// Most steps of a single vertex, for what smooth pushing leaves.
     pub final_rounds: usize,
+    /// Most rounds of smoothly moving triangles that cross a surface.
+    pub crossing_rounds: usize,
     /// Most rounds of mending torn edges.
     pub mending_rounds: usize,
     /// What holds the warp back; little, so that it spreads.
@@ -48,6 +51,7 @@ impl Default for ExactOptions {
             reach: 0.06,
             rounds: 3,
             final_rounds: 3,
+            crossing_rounds: 2,
             mending_rounds: 6,
             stiffness: Stiffness { smooth: 1.0, damping: 0.05 },
             weight: 10.0,
@@ -86,6 +90,7 @@ pub(crate) struct ExactPush {
     pushes: Vec<Push>,
     pulls: Vec<Pull>,
     lifts: Vec<Lift>,
+    crossings: Vec<Crossing>,
     warp: Vec<Vec3>,
     tears: Tears,
 }
@@ -100,6 +105,7 @@ impl ExactPush {
             pushes: Vec::new(),
             pulls: Vec::new(),
             lifts: Vec::new(),
+            crossings: Vec::new(),
             warp: vec![Vec3::ZERO; n],
             tears: Tears::default(),
         }
@@ -164,6 +170,7 @@ impl ExactPush {
         }
         self.lift_single_faces(grounds, garment);
         self.settle(grounds, garment);
+        self.uncross(solver, grounds, garment);
         (report.inside_after, report.depth_after) = self.inside();
         report.pinched = self.sites.iter().filter(|site| site.exit.is_some()).count();
         report
@@ -312,6 +319,31 @@ impl ExactPush {
             self.pushes.extend(face.map(|vertex| Push { vertex, normal, gap, weight: self.options.weight }));
         }
         !self.lifts.is_empty()
+    }
+
+    /// Moves triangles that cross a surface though none of their corners is inside: smoothly, then by themselves.
+    fn uncross(&mut self, solver: &mut Warp, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
+        for round in 0..=self.options.crossing_rounds {
+            find_crossings(&self.topology, &self.sites, grounds, garment, &mut self.crossings);
+            if self.crossings.is_empty() {
+                break;
+            }
+            if round < self.options.crossing_rounds {
+                self.pushes.clear();
+                let weight = self.options.weight;
+                self.pushes.extend(self.crossings.iter().flat_map(|crossing| crossing.pushes(weight)));
+                solver.solve(self.options.stiffness, &self.pushes, &[], self.options.warp, &mut self.warp);
+                self.advance(solver.region(), garment);
+            } else {
+                for crossing in &self.crossings {
+                    for (vertex, step) in crossing.steps() {
+                        garment[vertex as usize] += step;
+                        self.sites[vertex as usize].stale = true;
+                    }
+                }
+            }
+            self.settle(grounds, garment);
+        }
     }
 
     /// Lifts by themselves the triangles that body vertices still show through.

@@ -195,6 +195,11 @@ impl Exposure {
         !matches!(self.exposed_corners(surface, face), 0 | 3)
     }
 
+    /// Less than the distance (m) from a face to surface that faces it.
+    pub(crate) fn room(&self, surface: &Obstacle, face: u32) -> f64 {
+        self.crowding.room(surface.topology(), face)
+    }
+
     /// Whether no other surface comes so near to a face that it may pass through it.
     pub(crate) fn has_room(&self, surface: &Obstacle, face: u32) -> bool {
         self.crowding.room(surface.topology(), face) > CLEARLY

@@ -4,6 +4,7 @@ pub mod anchors;
 mod band;
 mod contacts;
 mod cover;
+mod crossings;
 mod crowding;
 mod exact;
 mod exposure;

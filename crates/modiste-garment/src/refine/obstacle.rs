@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use modiste_body::Part;
-use modiste_core::{SurfacePoint, Topology, TriangleBvh, Vec3};
+use modiste_core::{SurfacePoint, Topology, TriangleBvh, Vec3, corners, triangles_cross};
 
 use super::exposure::{Exposure, just_above};
 
@@ -153,7 +153,7 @@ impl Obstacle {
         self.vertices.extend_from_slice(vertices);
         self.vertex_normals.fill(Vec3::ZERO);
         for (&face, normal) in self.topology.faces().iter().zip(&mut self.face_normals) {
-            let corners = face.map(|vertex| vertices[vertex as usize]);
+            let corners = corners(face, vertices);
             *normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
             if !self.outward.is_empty() {
                 let outward: Vec3 = face.iter().map(|&vertex| self.outward[vertex as usize]).sum();
@@ -311,6 +311,26 @@ impl Obstacle {
             Some(exposure) => exposure.is_open(face, find_out),
             None => find_out(),
         }
+    }
+
+    /// Whether any face of it crosses a triangle (m).
+    pub(crate) fn crosses(&self, triangle: [Vec3; 3]) -> bool {
+        let [a, b, c] = triangle;
+        let mut found = false;
+        self.tree.for_each_in_box(a.min(b).min(c), a.max(b).max(c), |face| {
+            found = found || triangles_cross(corners(self.topology.faces()[face as usize], &self.vertices), triangle);
+        });
+        found
+    }
+
+    /// Less than the distance (m) from a face to other parts of the surface that face it, as far as they are looked for.
+    pub(crate) fn room(&self, face: u32) -> f64 {
+        self.exposure.as_ref().map_or(f64::INFINITY, |exposure| exposure.room(self, face))
+    }
+
+    /// Distance from the faces at which the outside begins (m).
+    pub(crate) fn thickness(&self) -> f64 {
+        self.thickness
     }
 
     /// The middle of a face (m).
