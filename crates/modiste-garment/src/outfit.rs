@@ -147,7 +147,11 @@ impl Outfit {
             }
             layers.push(Layer {
                 synthesis,
-                fit: Fit::new(&garment.topology, &garment.waist_band, options.clone()),
+                fit: Fit::new(&garment.topology, &garment.waist_band, options.clone()).worn(
+                    &vertices,
+                    garment.topology.faces(),
+                    &garment.face_parts,
+                ),
                 surface: (!is_outermost)
                     .then(|| Obstacle::garment(garment.topology.clone(), &vertices, CLOTH_THICKNESS)),
                 members: (0..garment.topology.vertex_count() as u32).collect(),

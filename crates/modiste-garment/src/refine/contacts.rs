@@ -3,6 +3,7 @@
 use modiste_core::Vec3;
 
 use super::cover::Ground;
+use super::home::Home;
 use super::obstacle::{Contact, NO_HINT};
 
 /// Most surfaces below a garment, the body and the garments under it; those beyond are left out.
@@ -110,8 +111,12 @@ impl Site {
         (self.fresh, self.settled) = (true, false);
     }
 
-    /// Raises the body in the contact that was found with it alone.
+    /// Raises the body in the contact that was found with it alone, and the way out as far as there is room.
     pub(crate) fn raise(&mut self, body: &Ground<'_>) {
+        if let Some(exit) = &mut self.exit {
+            let raised = *exit + body.height_of(self.hints[0]) * body.obstacle.face_normal(self.hints[0]);
+            *exit = if body.obstacle.is_inside(raised) { *exit } else { raised };
+        }
         if let Some(contact) = self.contacts.items[..self.contacts.count].first_mut() {
             body.raise(contact);
             self.slack = self.slack.min(contact.distance);
@@ -123,15 +128,19 @@ impl Site {
         may_touch_garments(&self.contacts, grounds)
     }
 
-    /// Looks for the way out of the parts that pass through each other around the vertex, if they do.
+    /// Looks for the way out of the parts that pass through each other around the vertex, if they do, or of a limb that it
+    /// would otherwise leave on the wrong side. `home` is where the cloth is worn.
     ///
     /// It lies at their rim, as near as there is room, and is not looked for again in this frame.
-    pub(crate) fn find_exit(&mut self, grounds: &[Ground<'_>], at: Vec3, clearance: f64) {
+    pub(crate) fn find_exit(&mut self, grounds: &[Ground<'_>], at: Vec3, clearance: f64, home: Option<&Home>) {
         let pinching = (0..self.contacts.count).find(|&index| self.contacts.items[index].pinched);
-        self.exit = pinching.map(|index| {
-            let owner = usize::from(self.contacts.owners[index]);
-            grounds[owner].obstacle.way_out(at, clearance, &mut self.hints[owner])
-        });
+        let (body, hint) = (grounds[0].obstacle, &mut self.hints[0]);
+        let is_astray = || self.contacts.of(0).is_some_and(|contact| body.leads_astray(at, contact, home));
+        self.exit = match pinching {
+            Some(_) => Some(body.way_home(at, clearance, hint, home)),
+            None if is_astray() => Some(body.way_home(at, clearance, hint, home)),
+            None => None,
+        };
     }
 
     /// Moves a vertex that is nearer than `least` (m) by itself, out of all surfaces and of the body in any case.

@@ -126,6 +126,12 @@ impl Ground<'_> {
         self.cover.map_or(0.0, |cover| cover.height(vertex))
     }
 
+    /// How much it is raised at a face (m).
+    pub(crate) fn height_of(&self, face: u32) -> f64 {
+        let corners = self.obstacle.topology().faces()[face as usize];
+        corners.into_iter().map(|vertex| self.height(vertex)).sum::<f64>() / 3.0
+    }
+
     /// A vertex of it (m).
     pub(crate) fn vertex(&self, vertex: u32) -> Vec3 {
         let height = self.height(vertex);

@@ -9,6 +9,7 @@ use super::band::Band;
 use super::contacts::{MOST, Site, wanted_distance};
 use super::cover::Ground;
 use super::crossings::{Crossing, find_crossings};
+use super::home::Home;
 use super::obstacle::{Contact, Obstacle};
 use super::paper::PaperOptions;
 use super::shows::{Lift, SHOW_CLEARANCE, find_lifts};
@@ -87,6 +88,8 @@ pub(crate) struct ExactPush {
     topology: Arc<Topology>,
     options: ExactOptions,
     sites: Vec<Site>,
+    /// Where each vertex is worn; empty where that is not known.
+    homes: Vec<Home>,
     pushes: Vec<Push>,
     pulls: Vec<Pull>,
     lifts: Vec<Lift>,
@@ -102,6 +105,7 @@ impl ExactPush {
             topology: topology.clone(),
             options,
             sites: vec![Site::NEW; n],
+            homes: Vec::new(),
             pushes: Vec::new(),
             pulls: Vec::new(),
             lifts: Vec::new(),
@@ -109,6 +113,11 @@ impl ExactPush {
             warp: vec![Vec3::ZERO; n],
             tears: Tears::default(),
         }
+    }
+
+    /// Takes where each vertex is worn.
+    pub(crate) fn wear(&mut self, homes: Vec<Home>) {
+        self.homes = homes;
     }
 
     /// Finds how the garment (m) lies to the body, apart from other garments.
@@ -249,8 +258,9 @@ impl ExactPush {
     /// Finds the ways out of parts that pass through each other.
     fn find_exits(&mut self, grounds: &[Ground<'_>], garment: &[Vec3]) {
         let clearance = 2.0 * self.options.least;
-        let sites = self.sites.par_iter_mut().zip(garment).with_min_len(VERTICES_AT_ONCE);
-        sites.for_each(|(site, &at)| site.find_exit(grounds, at, clearance));
+        let sites = self.sites.par_iter_mut().zip(garment).enumerate().with_min_len(VERTICES_AT_ONCE);
+        let homes = &self.homes;
+        sites.for_each(|(vertex, (site, &at))| site.find_exit(grounds, at, clearance, homes.get(vertex)));
     }
 
     /// Finds the contacts of all vertices that have moved.

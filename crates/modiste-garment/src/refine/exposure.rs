@@ -195,6 +195,11 @@ impl Exposure {
         !matches!(self.exposed_corners(surface, face), 0 | 3)
     }
 
+    /// The part of a vertex.
+    pub(crate) fn part(&self, vertex: u32) -> Part {
+        self.parts[vertex as usize]
+    }
+
     /// Less than the distance (m) from a face to surface that faces it.
     pub(crate) fn room(&self, surface: &Obstacle, face: u32) -> f64 {
         self.crowding.room(surface.topology(), face)

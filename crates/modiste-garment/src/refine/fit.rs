@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use modiste_body::Part;
 use modiste_core::{Topology, Vec3};
 
 use super::band::Band;
 use super::contacts::MOST;
 use super::cover::{Cover, Ground};
+use super::home::homes;
 use super::exact::{ExactOptions, ExactPush, ExactReport};
 use super::obstacle::Obstacle;
 use super::paper::{CombinedVertices, Correspondence, PaperMemory, PaperOptions, push_out};
@@ -73,6 +75,16 @@ impl Fit {
             predicted: Vec::new(),
             options,
         }
+    }
+
+    /// The same, for a garment that is worn like this (m) on the body at rest, each face on a part of it: the vertices leave
+    /// other limbs on the side of what they are worn on.
+    #[must_use]
+    pub fn worn(mut self, rest: &[Vec3], faces: &[[u32; 3]], face_parts: &[Part]) -> Self {
+        if let Some(exact) = &mut self.exact {
+            exact.wear(homes(rest, faces, face_parts));
+        }
+        self
     }
 
     /// Finds how the garment as it was predicted (m, world) lies to the body. Garments can do so side by side, before one is

@@ -9,6 +9,7 @@ mod crowding;
 mod exact;
 mod exposure;
 mod fit;
+mod home;
 mod layers;
 mod nearest;
 mod obstacle;

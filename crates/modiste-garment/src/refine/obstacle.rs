@@ -30,6 +30,8 @@ pub struct Obstacle {
     vertices: Vec<Vec3>,
     face_normals: Vec<Vec3>,
     vertex_normals: Vec<Vec3>,
+    /// The vertices at rest (m); empty for a garment.
+    rest: Vec<Vec3>,
     /// Distance from the faces at which the outside begins (m).
     thickness: f64,
     /// Where the outside is at each vertex, where that is known better than by the sides of the faces; empty where not.
@@ -92,11 +94,12 @@ pub(crate) enum Feature {
 }
 
 impl Obstacle {
-    /// A closed body whose parts may pass through each other, for garments worn on some of them.
+    /// A closed body whose parts may pass through each other, at rest, for garments worn on some of them.
     pub fn body(topology: Arc<Topology>, face_parts: &[Part], worn: &[Part], vertices: &[Vec3]) -> Self {
         let exposure = Exposure::new(&topology, face_parts, worn, vertices);
         let mut obstacle = Self::single(topology, vertices);
         obstacle.exposure = Some(exposure);
+        obstacle.rest = vertices.to_vec();
         obstacle.update(vertices);
         obstacle
     }
@@ -129,6 +132,7 @@ impl Obstacle {
             vertices: Vec::new(),
             face_normals: vec![Vec3::ZERO; topology.face_count()],
             vertex_normals: vec![Vec3::ZERO; topology.vertex_count()],
+            rest: Vec::new(),
             thickness: 0.0,
             outward: Vec::new(),
             exposure: None,
@@ -326,6 +330,11 @@ impl Obstacle {
     /// Less than the distance (m) from a face to other parts of the surface that face it, as far as they are looked for.
     pub(crate) fn room(&self, face: u32) -> f64 {
         self.exposure.as_ref().map_or(f64::INFINITY, |exposure| exposure.room(self, face))
+    }
+
+    /// Where a vertex of a body is at rest (m), and its part.
+    pub(crate) fn at_rest(&self, vertex: u32) -> Option<(Vec3, Part)> {
+        self.exposure.as_ref().map(|exposure| (self.rest[vertex as usize], exposure.part(vertex)))
     }
 
     /// Distance from the faces at which the outside begins (m).

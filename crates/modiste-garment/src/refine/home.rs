@@ -1,0 +1,104 @@
+//! On which side of a limb cloth belongs: the side of the skin that it is worn on.
+//!
+//! An arm that lies against the trunk, with the shirt between them, may hold vertices of the shirt. The nearest skin is then
+//! often the outer side of the arm; pushed there, the shirt would be worn over the arm.
+
+use modiste_body::Part;
+use modiste_core::Vec3;
+
+use super::obstacle::{Contact, NO_HINT, Obstacle};
+
+/// Cloth is worn on skin that is no further from it at rest than this (m).
+const WORN_REACH: f64 = 0.15;
+/// Cloth that would have to go further than this (m) to the skin that it is worn on takes the nearest way out instead.
+const FURTHEST_HOME: f64 = 0.12;
+
+/// Where a vertex of cloth is worn.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Home {
+    /// Its place (m) on the body at rest.
+    at: Vec3,
+    limb: Limb,
+}
+
+/// Parts that cloth can lie on together. The skin of trunk and leg is one for it: a hem lies on a raised thigh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Limb {
+    Trunk,
+    LeftArm,
+    RightArm,
+    LeftLeg,
+    RightLeg,
+}
+
+impl Limb {
+    fn of(part: Part) -> Self {
+        match part {
+            Part::LeftUpperArm | Part::LeftForearm | Part::LeftHand => Self::LeftArm,
+            Part::RightUpperArm | Part::RightForearm | Part::RightHand => Self::RightArm,
+            Part::LeftThigh | Part::LeftShin | Part::LeftFoot => Self::LeftLeg,
+            Part::RightThigh | Part::RightShin | Part::RightFoot => Self::RightLeg,
+            _ => Self::Trunk,
+        }
+    }
+
+    /// Whether cloth on one of them never lies on the other.
+    fn is_foreign(self, other: Self) -> bool {
+        let is_leg = |limb| matches!(limb, Self::LeftLeg | Self::RightLeg);
+        self != other && !(self == Self::Trunk && is_leg(other)) && !(other == Self::Trunk && is_leg(self))
+    }
+}
+
+/// The homes of the vertices of a garment, from its place (m) on the body at rest and the parts of its faces.
+pub(crate) fn homes(rest: &[Vec3], faces: &[[u32; 3]], face_parts: &[Part]) -> Vec<Home> {
+    let mut homes: Vec<Home> = rest.iter().map(|&at| Home { at, limb: Limb::Trunk }).collect();
+    for (face, &part) in faces.iter().zip(face_parts) {
+        face.iter().for_each(|&vertex| homes[vertex as usize].limb = Limb::of(part));
+    }
+    homes
+}
+
+impl Obstacle {
+    /// Whether cloth is worn on a face, by where it is at rest.
+    fn is_home(&self, face: u32, home: &Home) -> bool {
+        let corner = self.topology().faces()[face as usize][0];
+        self.at_rest(corner).is_none_or(|(at, _)| at.distance_squared(home.at) < WORN_REACH * WORN_REACH)
+    }
+
+    /// Whether a face is of a limb that the cloth is not worn on.
+    fn is_foreign(&self, face: u32, home: &Home) -> bool {
+        let corner = self.topology().faces()[face as usize][0];
+        self.at_rest(corner).is_some_and(|(_, part)| home.limb.is_foreign(Limb::of(part))) && !self.is_home(face, home)
+    }
+
+    /// Whether cloth at a point with this contact is in a limb, or behind it, that it is not worn on, and would be left on the
+    /// side away from the skin that it is worn on.
+    pub(crate) fn leads_astray(&self, point: Vec3, contact: &Contact, home: Option<&Home>) -> bool {
+        let Some(home) = home.filter(|home| self.is_foreign(contact.face, home)) else { return false };
+        let worn_on = self.nearest_where(point, &mut NO_HINT.clone(), |face, _| self.is_home(face, home));
+        worn_on.is_some_and(|at| {
+            let normal = self.face_normal(at.face);
+            at.distance < FURTHEST_HOME
+                && normal.dot(contact.normal) > 0.0
+                && (contact.distance < 0.0 || self.passes_between(at.point + JUST_ABOVE * normal, point))
+        })
+    }
+
+    /// [`Obstacle::way_out`] to the skin that cloth is worn on, if that is near. `hint` becomes the face there.
+    pub(crate) fn way_home(&self, point: Vec3, clearance: f64, hint: &mut u32, home: Option<&Home>) -> Vec3 {
+        let is_near = |way: &Vec3| way.distance_squared(point) < FURTHEST_HOME * FURTHEST_HOME;
+        let mut own = NO_HINT;
+        let way =
+            home.and_then(|home| self.way_out_where(point, clearance, &mut own, |face| self.is_home(face, home)));
+        match way.filter(is_near) {
+            Some(way) => {
+                *hint = own;
+                way
+            }
+            None => self.way_out(point, clearance, hint),
+        }
+    }
+}
+
+/// Where skin begins to be seen from (m above it).
+const JUST_ABOVE: f64 = 1e-4;
