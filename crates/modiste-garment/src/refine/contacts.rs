@@ -10,6 +10,8 @@ use super::obstacle::{Contact, NO_HINT};
 pub(crate) const MOST: usize = 4;
 /// Between opposite contacts whose normals have a product below this, a vertex has two walls to stay away from.
 const OPPOSITE: f64 = -0.3;
+/// Vertices nearer to a body than this (m) are looked at twice.
+const DOUBTFUL: f64 = 0.001;
 /// Longest step of a single vertex between two walls in one final round (m).
 const LONGEST_STEP: f64 = 0.015;
 
@@ -141,6 +143,11 @@ impl Site {
             None if is_astray() => Some(body.way_home(at, clearance, hint, home)),
             None => None,
         };
+    }
+
+    /// Whether the vertex may be inside the body though its contacts say otherwise.
+    pub(crate) fn is_doubtful(&self) -> bool {
+        self.contacts.of(0).is_none_or(|body| !body.certain || body.distance + body.raised < DOUBTFUL)
     }
 
     /// Moves a vertex that is nearer than `least` (m) by itself, out of all surfaces and of the body in any case.

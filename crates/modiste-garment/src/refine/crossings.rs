@@ -47,16 +47,18 @@ impl Crossing {
     }
 }
 
-/// The triangles of cloth that cross a surface below, as far as they can be moved out of it.
+/// The triangles of cloth that cross a surface below, as far as they can be moved out of it, of those with a corner that has
+/// `moved`.
 pub(crate) fn find_crossings(
     topology: &Topology,
     sites: &[Site],
     grounds: &[Ground<'_>],
-    garment: &[Vec3],
+    (garment, moved): (&[Vec3], &[bool]),
     crossings: &mut Vec<Crossing>,
 ) {
     crossings.clear();
     let faces = topology.faces().par_iter().with_min_len(FACES_AT_ONCE);
+    let faces = faces.filter(|face| face.iter().any(|&vertex| moved[vertex as usize]));
     let find = |&face: &[u32; 3]| {
         let triangle = corners(face, garment);
         let meets = |owner: usize| {

@@ -9,6 +9,7 @@ use super::band::Band;
 use super::contacts::{MOST, Site, wanted_distance};
 use super::cover::Ground;
 use super::crossings::{Crossing, find_crossings};
+use super::folds::Folds;
 use super::home::Home;
 use super::obstacle::{Contact, Obstacle};
 use super::paper::PaperOptions;
@@ -77,6 +78,17 @@ pub struct ExactReport {
     pub pinched: usize,
     /// Rounds of smooth pushing.
     pub rounds: usize,
+    /// Triangles that could not be moved out of what they cross.
+    pub left: Left,
+}
+
+/// Triangles that were found to cross when all was done that is done.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Left {
+    /// Triangles that cross a surface below; the last steps may have freed some.
+    pub crossings: usize,
+    /// Pairs of triangles of the garment that are deep in each other.
+    pub folds: usize,
 }
 
 /// Vertices that one thread takes at a time.
@@ -94,6 +106,12 @@ pub(crate) struct ExactPush {
     pulls: Vec<Pull>,
     lifts: Vec<Lift>,
     crossings: Vec<Crossing>,
+    folds: Folds,
+    /// The garment before what crosses was moved, and before the last round of that (m).
+    before: Vec<Vec3>,
+    last: Vec<Vec3>,
+    /// What the last round has moved.
+    moved: Vec<bool>,
     warp: Vec<Vec3>,
     tears: Tears,
 }
@@ -110,6 +128,10 @@ impl ExactPush {
             pulls: Vec::new(),
             lifts: Vec::new(),
             crossings: Vec::new(),
+            folds: Folds::new(topology),
+            before: Vec::new(),
+            last: Vec::new(),
+            moved: Vec::new(),
             warp: vec![Vec3::ZERO; n],
             tears: Tears::default(),
         }
@@ -179,7 +201,7 @@ impl ExactPush {
         }
         self.lift_single_faces(grounds, garment);
         self.settle(grounds, garment);
-        self.uncross(solver, grounds, garment);
+        report.left = self.uncross(solver, grounds, garment);
         (report.inside_after, report.depth_after) = self.inside();
         report.pinched = self.sites.iter().filter(|site| site.exit.is_some()).count();
         report
@@ -331,17 +353,33 @@ impl ExactPush {
         !self.lifts.is_empty()
     }
 
-    /// Moves triangles that cross a surface though none of their corners is inside: smoothly, then by themselves.
-    fn uncross(&mut self, solver: &mut Warp, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
-        for round in 0..=self.options.crossing_rounds {
-            find_crossings(&self.topology, &self.sites, grounds, garment, &mut self.crossings);
-            if self.crossings.is_empty() {
+    /// Moves triangles that cross a surface though none of their corners is inside, and those that cross others of the same
+    /// garment: smoothly, at last by themselves. No vertex gets inside the body by it. Returns how much is left.
+    fn uncross(&mut self, solver: &mut Warp, grounds: &[Ground<'_>], garment: &mut [Vec3]) -> Left {
+        let rounds = self.options.crossing_rounds;
+        let mut left = Left::default();
+        if rounds == 0 {
+            return left;
+        }
+        self.before.clear();
+        self.before.extend_from_slice(garment);
+        self.folds.survey(&self.topology, garment);
+        self.moved.clear();
+        self.moved.resize(garment.len(), true);
+        for round in 0..=rounds {
+            find_crossings(&self.topology, &self.sites, grounds, (garment, &self.moved), &mut self.crossings);
+            self.folds.find(&self.topology, |vertex| self.sites[vertex as usize].exit.is_some(), garment);
+            self.last.clear();
+            self.last.extend_from_slice(garment);
+            left = Left { crossings: self.crossings.len(), folds: self.folds.count() };
+            if left == Left::default() {
                 break;
             }
-            if round < self.options.crossing_rounds {
+            if round < rounds {
                 self.pushes.clear();
                 let weight = self.options.weight;
                 self.pushes.extend(self.crossings.iter().flat_map(|crossing| crossing.pushes(weight)));
+                self.pushes.extend(self.folds.pushes(weight));
                 solver.solve(self.options.stiffness, &self.pushes, &[], self.options.warp, &mut self.warp);
                 self.advance(solver.region(), garment);
             } else {
@@ -353,7 +391,24 @@ impl ExactPush {
                 }
             }
             self.settle(grounds, garment);
+            let moves = garment.iter().zip(&self.last).map(|(at, last)| at != last);
+            self.moved.iter_mut().zip(moves).for_each(|(moved, moves)| *moved = moves);
         }
+        self.keep_out(grounds, garment);
+        left
+    }
+
+    /// Takes back the moves since [`Self::before`] that led into the body. Between parts that are in each other what is known
+    /// about a vertex may say otherwise.
+    fn keep_out(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
+        let vertices = self.sites.par_iter_mut().zip(garment.par_iter_mut()).zip(&self.before);
+        vertices.with_min_len(VERTICES_AT_ONCE).for_each(|((site, at), before)| {
+            if *at != *before && site.is_doubtful() && grounds[0].obstacle.is_inside(*at) {
+                *at = *before;
+                site.stale = true;
+            }
+        });
+        self.look(grounds, garment);
     }
 
     /// Lifts by themselves the triangles that body vertices still show through.
