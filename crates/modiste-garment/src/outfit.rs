@@ -8,8 +8,8 @@ use modiste_core::{Topology, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::refine::{Below, Cover, ExactReport, Fit, FitOptions, Obstacle, upper_body};
-use crate::{DrapeModel, GarmentError, Synthesis, Wrinkles};
+use crate::refine::{Below, Cover, ExactReport, Fit, FitOptions, Left, Obstacle, upper_body};
+use crate::{DrapeModel, GarmentError, GarmentFlags, Synthesis, Wrinkles};
 
 /// Distance from the faces of an inner garment at which the outside begins for those over it (m).
 const CLOTH_THICKNESS: f64 = 0.0015;
@@ -48,6 +48,8 @@ pub struct LayerReport {
     pub pinched: usize,
     /// Rounds of exact pushing.
     pub rounds: usize,
+    /// Triangles that could not be moved out of what they cross.
+    pub left: Left,
     /// Time of its synthesis (s); others may have been made at the same time.
     pub synthesis_seconds: f64,
     /// Time of the fit (s).
@@ -65,7 +67,20 @@ pub struct FrameReport {
     pub layers: Vec<LayerReport>,
 }
 
+impl LayerReport {
+    /// What could not be done.
+    pub fn flags(&self) -> GarmentFlags {
+        let Left { crossings, folds } = self.left;
+        GarmentFlags { caught: self.pinched, inside: self.inside_after, crossing: crossings, folded: folds }
+    }
+}
+
 impl FrameReport {
+    /// Whether anything could not be done for a garment.
+    pub fn is_flagged(&self) -> bool {
+        self.layers.iter().any(|layer| layer.flags().is_flagged())
+    }
+
     /// Time of the whole frame (s).
     pub fn seconds(&self) -> f64 {
         self.prepare_seconds + self.approach_seconds + self.layers.iter().map(|layer| layer.fit_seconds).sum::<f64>()
@@ -198,6 +213,11 @@ impl Outfit {
         self.layers[layer].synthesis.vertices()
     }
 
+    /// What happened in the last frame.
+    pub fn report(&self) -> &FrameReport {
+        &self.report
+    }
+
     /// The next frame: `body` are the vertices of the body in `pose`. Frames follow each other at the rate of the models.
     pub fn step(&mut self, pose: &Pose, body: &[Vec3]) -> &FrameReport {
         let Self { body: surface, layers, cover, report } = self;
@@ -247,6 +267,7 @@ fn layer_report(exact: ExactReport, synthesis_seconds: f64, fit_seconds: f64) ->
         depth_after: exact.depth_after,
         pinched: exact.pinched,
         rounds: exact.rounds,
+        left: exact.left,
         synthesis_seconds,
         fit_seconds,
     }

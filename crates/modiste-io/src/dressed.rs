@@ -31,18 +31,30 @@ pub struct MovingCurves<'a> {
 /// # Errors
 /// [`IoError`] naming the mesh: no frames, frames of different sizes, or faces that name absent vertices.
 pub fn write(path: impl AsRef<Path>, fps: f64, meshes: &[AnimatedMesh<'_>]) -> Result<(), IoError> {
-    write_with_curves(path, fps, meshes, &[])
+    write_with(path, fps, meshes, &[], &[])
 }
 
-/// [`write`] with, for each set of curves, a further array `<name>` (F, N, P, 3) f32.
+/// Numbers that belong to frames, such as flags.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FrameCounts {
+    /// Name of the array.
+    pub name: String,
+    /// Numbers of each frame.
+    pub per_frame: usize,
+    /// Those of all frames, one after the other.
+    pub values: Vec<u32>,
+}
+
+/// [`write`] with, for each set of curves, a further array `<name>` (F, N, P, 3) f32, and for each of counts one (F, C) u32.
 ///
 /// # Errors
-/// As [`write`]; also frames that are no whole number of curves.
-pub fn write_with_curves(
+/// As [`write`]; also frames that are no whole number of curves, or counts of other frames.
+pub fn write_with(
     path: impl AsRef<Path>,
     fps: f64,
     meshes: &[AnimatedMesh<'_>],
     curves: &[MovingCurves<'_>],
+    counts: &[FrameCounts],
 ) -> Result<(), IoError> {
     let path = path.as_ref();
     let file = path.display().to_string();
@@ -63,6 +75,10 @@ pub fn write_with_curves(
             return Err(IoError::field(&file, format!("curves \"{}\"", curves.name), wanted, points));
         }
     }
+    if let Some(counts) = counts.iter().find(|counts| counts.values.len() != frame_count * counts.per_frame) {
+        let wanted = format!("{} for each of {frame_count} frames", counts.per_frame);
+        return Err(IoError::field(&file, format!("counts \"{}\"", counts.name), wanted, counts.values.len()));
+    }
     let mut unread = None;
     let written = write_atomically(path, |file| {
         let mut archive = ArchiveWriter::new(file);
@@ -75,6 +91,9 @@ pub fn write_with_curves(
             let each = curves.points_per_curve;
             let shape = [frame_count, curves.frames.vertex_count(0) / each, each, 3];
             add_frames(&mut archive, &mut unread, curves.name, &shape, curves.frames)?;
+        }
+        for counts in counts {
+            archive.add(&counts.name, &[frame_count, counts.per_frame], [&counts.values[..]])?;
         }
         archive.add("fps", &[], [&[fps][..]])?;
         archive.finish()
@@ -167,7 +186,7 @@ pub fn for_each_frame<E: From<IoError>>(
 
 #[cfg(test)]
 mod tests {
-    use super::{MovingCurves, write, write_with_curves};
+    use super::{FrameCounts, MovingCurves, write, write_with};
     use crate::animated::AnimatedMesh;
     use crate::npz::Reader;
 
@@ -233,9 +252,9 @@ mod tests {
 
         let curves = |each| MovingCurves { name: "hair", points_per_curve: each, frames: &shirt };
         let with_hair = folder.path().join("hair.npz");
-        write_with_curves(&with_hair, 30.0, &[mesh("body", &body)], &[curves(5)]).unwrap();
+        write_with(&with_hair, 30.0, &[mesh("body", &body)], &[curves(5)], &[]).unwrap();
         assert_eq!(Reader::open(&with_hair).unwrap().f32("hair").unwrap().shape, [4, 1, 5, 3]);
-        let uneven = write_with_curves(&with_hair, 30.0, &[mesh("body", &body)], &[curves(3)]).unwrap_err();
+        let uneven = write_with(&with_hair, 30.0, &[mesh("body", &body)], &[curves(3)], &[]).unwrap_err();
         assert!(uneven.to_string().contains("a multiple of 3 points, found 5"), "{uneven}");
 
         let (one, two) = (vec![shirt[0].clone()], vec![shirt[0].clone(); 2]);

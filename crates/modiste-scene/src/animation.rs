@@ -4,7 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use modiste_core::{Topology, Vec3};
+use modiste_garment::GarmentFlags;
 use modiste_io::IoError;
+use modiste_io::dressed::FrameCounts;
 use modiste_io::animated::{FrameSource, SpoolWriter};
 use serde::{Deserialize, Serialize};
 
@@ -40,6 +42,8 @@ pub struct Animation {
     pub timing: Timing,
     /// How each garment lay in the body before and after the fit, in the order of their tracks.
     pub fits: Vec<GarmentFit>,
+    /// What could not be done, frame by frame for each garment in the order of their tracks.
+    pub flags: Vec<Vec<GarmentFlags>>,
 }
 
 /// Vertices of a garment inside the body, over all frames.
@@ -51,6 +55,21 @@ pub struct Penetration {
     pub vertices_per_frame: f64,
     /// Depth of the deepest vertex (mm); 0 when none is inside.
     pub deepest_mm: f64,
+}
+
+/// In which frames not all could be done for a garment: first and last of each run.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct FlaggedFrames {
+    /// Name of the garment.
+    pub garment: String,
+    /// Vertices were caught between parts of the body that are in each other.
+    pub caught: Vec<[usize; 2]>,
+    /// Vertices are left inside the body or below a garment.
+    pub inside: Vec<[usize; 2]>,
+    /// Triangles were left crossing the body or a garment below.
+    pub crossing: Vec<[usize; 2]>,
+    /// Triangles of the garment are left deep in each other.
+    pub folded: Vec<[usize; 2]>,
 }
 
 /// How a garment lay in the body.
@@ -91,10 +110,47 @@ impl Track {
 }
 
 impl Animation {
+    /// The flags of each garment as an array of the dressed result, `<garment>_flags`.
+    pub(crate) fn flag_counts(&self) -> Vec<FrameCounts> {
+        let garment = |(index, fit): (usize, &GarmentFit)| FrameCounts {
+            name: format!("{}_flags", fit.garment),
+            per_frame: GarmentFlags::COUNT,
+            values: self.flags.iter().flat_map(|frame| frame[index].to_array()).map(|count| count as u32).collect(),
+        };
+        self.fits.iter().enumerate().map(garment).collect()
+    }
+
+    /// The frames that are flagged, for each garment.
+    pub fn flagged(&self) -> Vec<FlaggedFrames> {
+        let garment = |(index, fit): (usize, &GarmentFit)| {
+            let runs = |what: fn(&GarmentFlags) -> usize| runs(self.flags.iter().map(|frame| what(&frame[index]) > 0));
+            FlaggedFrames {
+                garment: fit.garment.clone(),
+                caught: runs(|flags| flags.caught),
+                inside: runs(|flags| flags.inside),
+                crossing: runs(|flags| flags.crossing),
+                folded: runs(|flags| flags.folded),
+            }
+        };
+        self.fits.iter().enumerate().map(garment).collect()
+    }
+
     /// Number of frames.
     pub fn frame_count(&self) -> usize {
         self.headings.len()
     }
+}
+
+/// First and last of each run of frames that are flagged.
+fn runs(flagged: impl Iterator<Item = bool>) -> Vec<[usize; 2]> {
+    let mut runs: Vec<[usize; 2]> = Vec::new();
+    for (frame, _) in flagged.enumerate().filter(|(_, is_flagged)| *is_flagged) {
+        match runs.last_mut() {
+            Some(run) if run[1] + 1 == frame => run[1] = frame,
+            _ => runs.push([frame, frame]),
+        }
+    }
+    runs
 }
 
 /// Where frames are kept as they are made.
@@ -137,7 +193,13 @@ pub(crate) fn stored(points: &[Vec3]) -> Vec<[f32; 3]> {
 
 #[cfg(test)]
 mod tests {
-    use super::Penetration;
+    use super::{Penetration, runs};
+
+    #[test]
+    fn flagged_frames_are_told_in_runs() {
+        assert_eq!(runs([false, true, true, false, true].into_iter()), [[1, 2], [4, 4]]);
+        assert!(runs([false; 3].into_iter()).is_empty());
+    }
 
     #[test]
     fn penetration_counts_frames_vertices_and_the_worst() {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use modiste_body::{Body, Pose};
 use modiste_core::Vec3;
 use modiste_garment::refine::FitOptions;
-use modiste_garment::{DrapeModel, FrameReport, Outfit};
+use modiste_garment::{DrapeModel, FrameReport, GarmentFlags, Outfit};
 
 use crate::timing::timed;
 use crate::{Person, SceneError, Stage};
@@ -72,6 +72,11 @@ impl Dresser {
     /// Vertices of a garment in the last frame as they were predicted, before the fit (m, world).
     pub fn predicted(&self, layer: usize) -> &[Vec3] {
         self.outfit.predicted(layer)
+    }
+
+    /// What could not be done for a garment in the last frame, counted from the inside.
+    pub fn flags(&self, layer: usize) -> GarmentFlags {
+        self.outfit.report().layers[layer].flags()
     }
 
     /// What the last frame took, by [`Stage`].

@@ -9,7 +9,7 @@ use modiste_io::{StagedFolder, glb, png};
 use serde::{Deserialize, Serialize};
 
 use crate::timing::{Stage, Summary};
-use crate::{Animation, FitMap, Format, GarmentFit, HairReport, Layer, Machine, RegionFit, SceneError};
+use crate::{Animation, FitMap, FlaggedFrames, Format, GarmentFit, HairReport, Layer, Machine, RegionFit, SceneError};
 
 /// Frames at the start that the times leave out: memory is touched for the first time there.
 const WARM_UP: usize = 3;
@@ -66,6 +66,9 @@ pub struct Report {
     pub machine: Machine,
     /// Vertices inside the body, before and after the fit.
     pub penetration: Vec<GarmentFit>,
+    /// Frames in which not all could be done for a garment, because the body is in itself or for want of room.
+    #[serde(default)]
+    pub flagged: Vec<FlaggedFrames>,
     /// How far vertices in the GLB lie from those in the arrays, because it is compressed; absent without a GLB.
     pub scene_error_mm: Option<SceneAccuracy>,
     /// Where the garments are tight and where they are loose; empty if that was not asked for.
@@ -188,6 +191,7 @@ pub fn report(
         machine: Machine::this(),
         penetration: animation.fits.clone(),
         hair: animation.hair.as_ref().map(|hair| hair.report.clone()),
+        flagged: animation.flagged(),
         scene_error_mm,
         fit_map: Vec::new(),
         warnings,
@@ -268,6 +272,7 @@ mod tests {
             headings: vec![0.0; frames],
             timing,
             fits: Vec::new(),
+            flags: vec![Vec::new(); frames],
             hair: None,
         }
     }

@@ -108,7 +108,8 @@ impl Animation {
                     points_per_curve: modiste_hair::POINTS,
                     frames: &hair.frames,
                 });
-                dressed::write_with_curves(&path, self.fps, &meshes, hair.as_slice())?;
+                let counts: Vec<_> = self.flag_counts();
+                dressed::write_with(&path, self.fps, &meshes, hair.as_slice(), &counts)?;
             }
             Format::Pc2 => {
                 create_folder(&path)?;

@@ -14,7 +14,7 @@ mod person;
 mod picture;
 mod timing;
 
-pub use animation::{Animation, GarmentFit, Penetration, Track};
+pub use animation::{Animation, FlaggedFrames, GarmentFit, Penetration, Track};
 pub use crowd::{CrowdPicture, Place, scatter};
 pub use dresser::Dresser;
 pub use error::SceneError;

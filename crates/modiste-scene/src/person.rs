@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use modiste_body::{Body, Motion, Part, Pose};
 use modiste_core::{Progress, Topology, TriangleBvh, Vec3};
-use modiste_garment::DrapeModel;
+use modiste_garment::{DrapeModel, LayerReport};
 use modiste_garment::refine::penetration::measure_with;
 use modiste_garment::refine::{FitOptions, Penetration as FramePenetration};
 
@@ -122,6 +122,7 @@ impl Person {
             .chain(self.garments.iter().map(|model| model.garment().template.len()));
         let mut stores = sizes.map(|size| Store::new(folder, size)).collect::<Result<Vec<_>, _>>()?;
         let mut timing = Timing::default();
+        let mut flags = Vec::with_capacity(motion.frames.len());
         let mut before = vec![Vec::new(); self.garments.len()];
         let mut after = before.clone();
         let hair =
@@ -129,7 +130,7 @@ impl Person {
         let mut hair = hair.transpose()?;
         progress.start(STAGE, motion.frames.len());
         for (frame, pose) in motion.frames.iter().enumerate() {
-            dresser.step(pose);
+            flags.push(dresser.step(pose).layers.iter().map(LayerReport::flags).collect());
             timing.push(dresser.times());
             let body = dresser.body_vertices();
             if let Some(hair) = &mut hair {
@@ -148,7 +149,7 @@ impl Person {
         progress.finish(STAGE);
         let fits = self.fits(&before, &after);
         let (tracks, hair) = (self.tracks(stores)?, hair.and_then(HairRecorder::finish));
-        Ok(Animation { fps: motion.fps, tracks, hair, headings: headings(motion), timing, fits })
+        Ok(Animation { fps: motion.fps, tracks, hair, headings: headings(motion), timing, fits, flags })
     }
 
     fn tracks(&self, stores: Vec<Store>) -> Result<Vec<Track>, SceneError> {

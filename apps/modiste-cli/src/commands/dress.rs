@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use modiste::{Action, Dress, Dressed, Length, MotionChoice, Region};
+use modiste::{Action, Dress, Dressed, FlaggedFrames, Length, MotionChoice, Region};
 
 use crate::words::{BodyArguments, FormatName, HairArguments, formats};
 
@@ -118,6 +118,21 @@ pub(crate) fn text(dressed: &Dressed) -> String {
             fit.before.deepest_mm,
             fit.after.deepest_mm
         );
+    }
+    for flagged in &report.flagged {
+        let frames = |runs: &[[usize; 2]]| runs.iter().map(|[first, last]| last - first + 1).sum::<usize>();
+        let FlaggedFrames { garment, caught, inside, crossing, folded } = flagged;
+        if ![caught, inside, crossing, folded].iter().all(|runs| runs.is_empty()) {
+            let _always_ok = write!(
+                text,
+                "\n{garment}: flagged for cloth caught where the body is in itself in {} frames, left inside in {}, crossing \
+                 what is below in {}, in itself in {}",
+                frames(caught),
+                frames(inside),
+                frames(crossing),
+                frames(folded)
+            );
+        }
     }
     for fit in &report.fit_map {
         let name = |word: String| word.to_lowercase();

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use modiste_core::{Topology, Vec3};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::band::Band;
 use super::contacts::{MOST, Site, wanted_distance};
@@ -83,7 +84,7 @@ pub struct ExactReport {
 }
 
 /// Triangles that were found to cross when all was done that is done.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Left {
     /// Triangles that cross a surface below; the last steps may have freed some.
     pub crossings: usize,

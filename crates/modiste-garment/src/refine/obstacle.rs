@@ -320,9 +320,13 @@ impl Obstacle {
     /// Whether any face of it crosses a triangle (m).
     pub(crate) fn crosses(&self, triangle: [Vec3; 3]) -> bool {
         let [a, b, c] = triangle;
+        let normal = (b - a).cross(c - a);
         let mut found = false;
         self.tree.for_each_in_box(a.min(b).min(c), a.max(b).max(c), |face| {
-            found = found || triangles_cross(corners(self.topology.faces()[face as usize], &self.vertices), triangle);
+            let other = corners(self.topology.faces()[face as usize], &self.vertices);
+            // Most lie on one side.
+            let sides = other.map(|corner| normal.dot(corner - a) > 0.0);
+            found = found || ((sides[0] != sides[1] || sides[1] != sides[2]) && triangles_cross(other, triangle));
         });
         found
     }
