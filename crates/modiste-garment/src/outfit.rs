@@ -166,6 +166,7 @@ impl Outfit {
                     &vertices,
                     garment.topology.faces(),
                     &garment.face_parts,
+                    2.0 * CLOTH_THICKNESS * (garments.len() - 1 - index) as f64,
                 ),
                 surface: (!is_outermost)
                     .then(|| Obstacle::garment(garment.topology.clone(), &vertices, CLOTH_THICKNESS)),

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use modiste_core::{Topology, Vec3};
 use modiste_garment::GarmentFlags;
 use modiste_io::IoError;
-use modiste_io::dressed::FrameCounts;
 use modiste_io::animated::{FrameSource, SpoolWriter};
+use modiste_io::dressed::FrameCounts;
 use serde::{Deserialize, Serialize};
 
 use crate::Timing;

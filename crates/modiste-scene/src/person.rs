@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use modiste_body::{Body, Motion, Part, Pose};
 use modiste_core::{Progress, Topology, TriangleBvh, Vec3};
-use modiste_garment::{DrapeModel, LayerReport};
 use modiste_garment::refine::penetration::measure_with;
 use modiste_garment::refine::{FitOptions, Penetration as FramePenetration};
+use modiste_garment::{DrapeModel, LayerReport};
 
 use crate::animation::{GarmentFit, Penetration, Store, Track};
 use crate::hair::HairRecorder;

@@ -145,8 +145,7 @@ impl<'a> Skin<'a> {
         let pairs = garment.tree.intersections(x, &self.surface.tree, self.x);
         let triangle = |face: u32| corners(garment.topology.faces()[face as usize], x);
         let mut candidates = faces_of(&pairs);
-        let caught: Vec<u32> =
-            candidates.iter().copied().filter(|&face| self.is_at_crossing(triangle(face))).collect();
+        let caught: Vec<u32> = candidates.iter().copied().filter(|&face| self.is_at_crossing(triangle(face))).collect();
         let is_caught = |face: u32| caught.binary_search(&face).is_ok();
         found.caught.count = pairs.iter().filter(|pair| is_caught(pair[0])).count();
         found.body = Found { count: pairs.len() - found.caught.count, ..found.inside };

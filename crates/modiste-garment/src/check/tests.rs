@@ -137,3 +137,53 @@ fn findings_do_not_depend_on_where_the_scene_stands() {
     assert!(close(here.garments[1].body.depth, there.garments[1].body.depth), "{here:?} {there:?}");
     assert!(close(here.layers[0].crossings.depth, there.layers[0].crossings.depth));
 }
+
+#[test]
+fn what_crosses_the_body_is_caught_only_where_its_parts_are_in_each_other() {
+    let body = two_balls();
+    // A sheet cuts both balls where they meet; one that is higher cuts them far from each other.
+    let found = check(&[&body, &sheet(0.4, 0.055)]).garments[0];
+    assert!(found.caught.count > 0 && found.caught.depth > 0.01, "{found:?}");
+    let found = check(&[&body, &sheet(0.4, 0.097)]).garments[0];
+    assert_eq!((found.caught.count, found.inside.count), (0, 0));
+    assert!((found.body.depth - 0.003).abs() < 1e-4, "{found:?}");
+    let found = check(&[&ball(0.1, Vec3::ZERO), &sheet(0.4, 0.055)]).garments[0];
+    assert!(found.caught.count == 0 && found.body.depth > 0.04, "no place for excuses: {found:?}");
+    let mut report = CheckReport::new(&["sheet"], Limits::default());
+    report.add(&FrameCheck { garments: vec![found], ..FrameCheck::default() });
+    assert!(!report.holds);
+}
+
+#[test]
+fn cloth_in_one_part_only_is_inside_though_buried_skin_is_nearest() {
+    // In the left ball, 5 mm from where the right one begins.
+    let cloth = ball(0.002, Vec3::new(-0.025, 0.0, 0.0));
+    let found = check(&[&two_balls(), &cloth]).garments[0];
+    assert_eq!((found.inside.count, found.pinched.count), (cloth.vertices.len(), 0));
+    assert!((found.inside.depth - 0.007).abs() < 5e-4, "{found:?}");
+}
+
+#[test]
+fn past_a_hem_that_is_folded_over_nothing_is_below() {
+    let body = ball(0.1, Vec3::ZERO);
+    // A cap over the top whose rim is turned up and outwards, and a point just beyond.
+    let cap = icosphere(4);
+    let faces: Vec<[u32; 3]> = cap
+        .topology
+        .faces()
+        .iter()
+        .copied()
+        .filter(|face| face.iter().all(|&v| cap.vertices[v as usize].y > 0.3))
+        .collect();
+    let turned = |v: &Vec3| {
+        let fold = (0.45 - v.y).max(0.0);
+        let height = 0.11 + 0.05 * fold;
+        height * Vec3::new(v.x, v.y + 2.0 * fold, v.z).normalize_or_zero()
+    };
+    let topology = Topology::new(cap.vertices.len(), faces).unwrap();
+    let hem = Mesh { topology: topology.into(), vertices: cap.vertices.iter().map(turned).collect() };
+    let past = ball(0.001, 0.108 * Vec3::new(0.94, 0.33, 0.0).normalize_or_zero());
+    assert_eq!(check(&[&body, &hem, &past]).layers[0].below.count, 0);
+    let under = ball(0.001, 0.105 * Vec3::Y);
+    assert_eq!(check(&[&body, &hem, &under]).layers[0].below.count, under.vertices.len());
+}

@@ -13,8 +13,10 @@ const TOLERANCE: f64 = 1e-4;
 const CLEARANCE: f64 = 3e-4;
 /// Other limbs are no nearer to a face than it has room less this (m).
 const ROOM_MARGIN: f64 = 0.003;
-/// Sides of a triangle are sounded in so many parts.
-const PARTS: u32 = 4;
+/// Triangles are sounded at points no further apart than this (m) along their sides.
+const SPACING: f64 = 0.003;
+/// Most parts of a side.
+const MOST_PARTS: f64 = 24.0;
 /// Cloth deeper than this (m) has been caught, by limbs that closed around it; it is not pulled through them.
 const DEEPEST: f64 = 0.02;
 /// Faces that one thread takes at a time.
@@ -78,8 +80,7 @@ fn may_cross(face: [u32; 3], triangle: [Vec3; 3], sites: &[Site], owner: usize, 
     if sites.iter().all(|site| site.exit.is_some()) {
         return false;
     }
-    let side = |i: usize, j: usize| triangle[i].distance_squared(triangle[j]);
-    let longest = side(0, 1).max(side(1, 2)).max(side(2, 0)).sqrt();
+    let longest = longest_side(triangle);
     if sites.iter().any(|site| site.exit.is_some()) {
         return owner == 0;
     }
@@ -99,6 +100,11 @@ fn may_cross(face: [u32; 3], triangle: [Vec3; 3], sites: &[Site], owner: usize, 
     least < 0.25 * longest * angle || ![a, b, c].iter().all(is_open)
 }
 
+fn longest_side(triangle: [Vec3; 3]) -> f64 {
+    let side = |i: usize, j: usize| triangle[i].distance_squared(triangle[j]);
+    side(0, 1).max(side(1, 2)).max(side(2, 0)).sqrt()
+}
+
 /// The deepest of points all over a triangle.
 fn sound(
     face: [u32; 3],
@@ -111,9 +117,10 @@ fn sound(
     let obstacle = grounds[owner].obstacle;
     let mut deepest = (TOLERANCE, None);
     let mut hint = sites.iter().find_map(|site| site.contacts.of(owner as u8)).map(|contact| contact.face)?;
-    for i in 0..=PARTS {
-        for j in 0..=PARTS - i {
-            let shares = [i, j, PARTS - i - j].map(|part| f64::from(part) / f64::from(PARTS));
+    let parts = (longest_side(triangle) / SPACING).ceil().clamp(2.0, MOST_PARTS) as u32;
+    for i in 0..=parts {
+        for j in 0..=parts - i {
+            let shares = [i, j, parts - i - j].map(|part| f64::from(part) / f64::from(parts));
             if shares.contains(&1.0) {
                 continue;
             }

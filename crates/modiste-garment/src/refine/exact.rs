@@ -103,6 +103,8 @@ pub(crate) struct ExactPush {
     sites: Vec<Site>,
     /// Where each vertex is worn; empty where that is not known.
     homes: Vec<Home>,
+    /// What garments worn above need (m).
+    above: f64,
     pushes: Vec<Push>,
     pulls: Vec<Pull>,
     lifts: Vec<Lift>,
@@ -125,6 +127,7 @@ impl ExactPush {
             options,
             sites: vec![Site::NEW; n],
             homes: Vec::new(),
+            above: 0.0,
             pushes: Vec::new(),
             pulls: Vec::new(),
             lifts: Vec::new(),
@@ -138,9 +141,9 @@ impl ExactPush {
         }
     }
 
-    /// Takes where each vertex is worn.
-    pub(crate) fn wear(&mut self, homes: Vec<Home>) {
-        self.homes = homes;
+    /// Takes where each vertex is worn, and how thick the garments above are (m).
+    pub(crate) fn wear(&mut self, homes: Vec<Home>, above: f64) {
+        (self.homes, self.above) = (homes, above);
     }
 
     /// Finds how the garment (m) lies to the body, apart from other garments.
@@ -181,7 +184,7 @@ impl ExactPush {
         }
         self.look(grounds, garment);
         while report.rounds < self.options.rounds {
-            let shortfall = self.collect_pushes(garment);
+            let shortfall = self.collect_pushes(grounds, garment);
             let shows = self.collect_shows(grounds, garment);
             if !shows && shortfall <= 0.5 * self.options.trigger {
                 break;
@@ -223,9 +226,9 @@ impl ExactPush {
     /// The direction away from the body at every vertex, zero where it is not known.
     pub(crate) fn outward(&self) -> impl Iterator<Item = Vec3> {
         let is_free = |site: &Site| site.exit.is_none();
-        self.sites.iter().map(move |site| {
-            site.contacts.of(0).filter(|_| is_free(site)).map_or(Vec3::ZERO, |contact| contact.normal)
-        })
+        self.sites
+            .iter()
+            .map(move |site| site.contacts.of(0).filter(|_| is_free(site)).map_or(Vec3::ZERO, |contact| contact.normal))
     }
 
     /// The paper's iterations with the nearest points of triangles for correspondences, which stay as they were found.
@@ -308,7 +311,7 @@ impl ExactPush {
 
     /// Pushes for vertices that are too near, and pulls for those that go to their exits; returns by how much at most (m)
     /// the former are.
-    fn collect_pushes(&mut self, garment: &[Vec3]) -> f64 {
+    fn collect_pushes(&mut self, grounds: &[Ground<'_>], garment: &[Vec3]) -> f64 {
         self.pushes.clear();
         self.pulls.clear();
         let mut shortfall: f64 = 0.0;
@@ -318,7 +321,8 @@ impl ExactPush {
                 self.pulls.push(Pull { vertex: vertex as u32, offset, weight: self.options.weight });
                 continue;
             }
-            if site.contacts.least() >= self.options.trigger {
+            let extra = self.room_above(grounds, vertex);
+            if site.contacts.least() >= self.options.trigger + extra {
                 continue;
             }
             let contacts = site.contacts.as_slice();
@@ -326,8 +330,8 @@ impl ExactPush {
                 continue;
             }
             for contact in contacts {
-                let wanted = wanted_distance(contact, contacts, self.options.clearance);
-                let trigger = wanted.min(self.options.trigger);
+                let wanted = wanted_distance(contact, contacts, self.options.clearance + extra);
+                let trigger = wanted.min(self.options.trigger + extra);
                 if contact.distance < trigger {
                     shortfall = shortfall.max(trigger - contact.distance);
                     let gap = wanted - contact.distance;
@@ -341,6 +345,17 @@ impl ExactPush {
             }
         }
         shortfall
+    }
+
+    /// What a vertex leaves (m), besides its clearance, between itself and a limb that it is not worn on, for the garments worn
+    /// above: an arm that lies against the hip presses on all of them.
+    fn room_above(&self, grounds: &[Ground<'_>], vertex: usize) -> f64 {
+        let presses = |home: &Home| {
+            let contact = self.sites[vertex].contacts.of(0);
+            contact.is_some_and(|contact| grounds[0].obstacle.is_foreign(contact.face, home))
+        };
+        let is_pressed = self.above > 0.0 && self.homes.get(vertex).is_some_and(presses);
+        if is_pressed { self.above } else { 0.0 }
     }
 
     /// Pushes for cloth that body vertices show through: each triangle is lifted off the body vertices above it. Returns

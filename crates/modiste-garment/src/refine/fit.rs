@@ -8,8 +8,8 @@ use modiste_core::{Topology, Vec3};
 use super::band::Band;
 use super::contacts::MOST;
 use super::cover::{Cover, Ground};
-use super::home::homes;
 use super::exact::{ExactOptions, ExactPush, ExactReport};
+use super::home::homes;
 use super::obstacle::Obstacle;
 use super::paper::{CombinedVertices, Correspondence, PaperMemory, PaperOptions, push_out};
 use super::warp::Warp;
@@ -78,11 +78,11 @@ impl Fit {
     }
 
     /// The same, for a garment that is worn like this (m) on the body at rest, each face on a part of it: the vertices leave
-    /// other limbs on the side of what they are worn on.
+    /// other limbs on the side of what they are worn on, and leave `above` (m) for the garments over them.
     #[must_use]
-    pub fn worn(mut self, rest: &[Vec3], faces: &[[u32; 3]], face_parts: &[Part]) -> Self {
+    pub fn worn(mut self, rest: &[Vec3], faces: &[[u32; 3]], face_parts: &[Part], above: f64) -> Self {
         if let Some(exact) = &mut self.exact {
-            exact.wear(homes(rest, faces, face_parts));
+            exact.wear(homes(rest, faces, face_parts), above);
         }
         self
     }

@@ -13,6 +13,9 @@ const WORN_REACH: f64 = 0.15;
 /// Cloth that would have to go further than this (m) to the skin that it is worn on takes the nearest way out instead.
 const FURTHEST_HOME: f64 = 0.12;
 
+/// Where skin begins to be seen from (m above it).
+const JUST_ABOVE: f64 = 1e-4;
+
 /// Where a vertex of cloth is worn.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Home {
@@ -66,7 +69,7 @@ impl Obstacle {
     }
 
     /// Whether a face is of a limb that the cloth is not worn on.
-    fn is_foreign(&self, face: u32, home: &Home) -> bool {
+    pub(crate) fn is_foreign(&self, face: u32, home: &Home) -> bool {
         let corner = self.topology().faces()[face as usize][0];
         self.at_rest(corner).is_some_and(|(_, part)| home.limb.is_foreign(Limb::of(part))) && !self.is_home(face, home)
     }
@@ -88,8 +91,7 @@ impl Obstacle {
     pub(crate) fn way_home(&self, point: Vec3, clearance: f64, hint: &mut u32, home: Option<&Home>) -> Vec3 {
         let is_near = |way: &Vec3| way.distance_squared(point) < FURTHEST_HOME * FURTHEST_HOME;
         let mut own = NO_HINT;
-        let way =
-            home.and_then(|home| self.way_out_where(point, clearance, &mut own, |face| self.is_home(face, home)));
+        let way = home.and_then(|home| self.way_out_where(point, clearance, &mut own, |face| self.is_home(face, home)));
         match way.filter(is_near) {
             Some(way) => {
                 *hint = own;
@@ -100,5 +102,57 @@ impl Obstacle {
     }
 }
 
-/// Where skin begins to be seen from (m above it).
-const JUST_ABOVE: f64 = 1e-4;
+#[cfg(test)]
+mod tests {
+    use super::homes;
+    use crate::refine::obstacle::{NO_HINT, Obstacle};
+    use modiste_body::Part;
+    use modiste_core::shapes::icosphere;
+    use modiste_core::{Topology, Vec3};
+    use std::sync::Arc;
+
+    /// A trunk of 10 cm and a forearm of 3 cm, apart at rest; posed, the arm lies against the trunk's side with 4 mm between.
+    fn body() -> Obstacle {
+        let ball = icosphere(4);
+        let count = ball.vertices.len() as u32;
+        let faces = ball.topology.faces().iter();
+        let both = faces.clone().copied().chain(faces.map(|face| face.map(|vertex| vertex + count))).collect();
+        let parts: Vec<Part> = (0..2 * ball.topology.face_count())
+            .map(|face| if face < ball.topology.face_count() { Part::Abdomen } else { Part::LeftForearm })
+            .collect();
+        let with_arm_at = |x: f64| -> Vec<Vec3> {
+            let vertices = ball.vertices.iter();
+            vertices.clone().map(|v| 0.1 * *v).chain(vertices.map(|v| 0.03 * *v + x * Vec3::X)).collect()
+        };
+        let topology = Arc::new(Topology::new(2 * ball.vertices.len(), both).unwrap());
+        let mut body = Obstacle::body(topology, &parts, &parts, &with_arm_at(0.5));
+        body.update(&with_arm_at(0.134));
+        body
+    }
+
+    #[test]
+    fn a_shirt_in_an_arm_leaves_it_towards_the_trunk_and_a_sleeve_does_not() {
+        let body = body();
+        // Nearer to the outer side of the arm than to the inner one.
+        let point = Vec3::new(0.14, 0.002, 0.001);
+        let contact = body.touch(point, 1.0, &mut NO_HINT.clone()).unwrap();
+        assert!(contact.distance < 0.0 && contact.normal.x > 0.0, "{contact:?}");
+        let face = [[0, 0, 0]];
+        let shirt = homes(&[Vec3::new(0.105, 0.0, 0.0)], &face, &[Part::Abdomen])[0];
+        assert!(body.leads_astray(point, &contact, Some(&shirt)));
+        let way = body.way_home(point, 0.0006, &mut NO_HINT.clone(), Some(&shirt));
+        assert!(way.x < 0.104 && way.length() > 0.1 && !body.is_inside(way), "{way}");
+        let sleeve = homes(&[Vec3::new(0.535, 0.0, 0.0)], &face, &[Part::LeftForearm])[0];
+        assert!(!body.leads_astray(point, &contact, Some(&sleeve)));
+        assert!(!body.leads_astray(point, &contact, None));
+        // Behind the arm, too, a shirt is on the wrong side of it; on the near side it is not.
+        let behind = Vec3::new(0.166, 0.0, 0.0);
+        assert!(body.leads_astray(behind, &body.touch(behind, 1.0, &mut NO_HINT.clone()).unwrap(), Some(&shirt)));
+        let before = Vec3::new(0.106, 0.0, 0.001);
+        assert!(!body.leads_astray(before, &body.touch(before, 1.0, &mut NO_HINT.clone()).unwrap(), Some(&shirt)));
+        // A hem lies on a raised thigh.
+        let hem = homes(&[Vec3::new(0.105, 0.0, 0.0)], &face, &[Part::LeftThigh])[0];
+        let leg = homes(&[Vec3::new(0.105, 0.0, 0.0)], &face, &[Part::Pelvis])[0];
+        assert!(!hem.limb.is_foreign(leg.limb) && !leg.limb.is_foreign(hem.limb));
+    }
+}

@@ -4,6 +4,8 @@ pub mod anchors;
 mod band;
 mod contacts;
 mod cover;
+#[cfg(test)]
+mod crossing_tests;
 mod crossings;
 mod crowding;
 mod exact;

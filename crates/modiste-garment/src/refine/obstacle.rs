@@ -640,6 +640,24 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn above_a_rim_that_is_folded_over_is_outside() {
+        // A level band whose last row is folded back under it, so that its outer side looks down.
+        let band = grid(4, 4);
+        let folded = |v: &Vec3| if v.x > 0.8 { Vec3::new(0.6, v.y, -0.02) } else { *v };
+        let vertices: Vec<Vec3> = band.vertices.iter().map(folded).collect();
+        let mut obstacle = Obstacle::garment(band.topology.clone(), &vertices, 0.001);
+        assert!(obstacle.face_normal(0).z > 0.0);
+        let distance = |obstacle: &Obstacle, x: f64, z: f64| {
+            obstacle.contact(Vec3::new(x, 0.4, z), 0.3, &mut NO_HINT.clone()).unwrap().distance
+        };
+        assert!(distance(&obstacle, 0.68, -0.04) > 0.0, "by its sides the fold has its outside below");
+        obstacle.update_worn(&vertices, vertices.iter().map(|_| Vec3::Z));
+        assert!(distance(&obstacle, 0.68, -0.04) < 0.0);
+        assert!(distance(&obstacle, 0.76, 0.05) > 0.048);
+        assert!(distance(&obstacle, 0.3, 0.02) > 0.018);
+    }
+
+    #[test]
     fn hints_change_the_time_but_not_the_answer() {
         let obstacle = crossing();
         let mut hint = NO_HINT;

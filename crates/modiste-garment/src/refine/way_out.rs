@@ -12,6 +12,9 @@ const FURTHEST: f64 = 4.0;
 /// How far a landing is drawn from the nearest point of a face to its middle when there is no room where it is.
 const TO_THE_MIDDLE: [f64; 3] = [0.0, 0.5, 1.0];
 
+/// How often the part of that way that is not needed is halved.
+const HALVINGS: usize = 3;
+
 impl Obstacle {
     /// A point outside, `clearance` (m) above the surface near the nearest exposed face that has so much room over its
     /// middle.
@@ -34,9 +37,22 @@ impl Obstacle {
             |face: u32, _| accept(face) && self.has_exposed_corner(face) && self.is_open_above(face, clearance);
         let at = self.nearest_where(point, hint, has_room)?;
         let middle = self.middle(at.face);
-        let landings = TO_THE_MIDDLE.map(|share| at.point.lerp(middle, share) + clearance * self.face_normal(at.face));
-        let is_free = |landing: &Vec3| self.sees_outside(*landing, at.face) || !self.is_inside(*landing);
-        landings.into_iter().find(is_free)
+        let landing = |share: f64| at.point.lerp(middle, share) + clearance * self.face_normal(at.face);
+        let is_free = |share: f64| {
+            let landing = landing(share);
+            self.sees_outside(landing, at.face) || !self.is_inside(landing)
+        };
+        let first = TO_THE_MIDDLE.into_iter().position(is_free)?;
+        let mut free = TO_THE_MIDDLE[first];
+        if first > 0 {
+            // As near to the rim as can be told.
+            let mut taken = TO_THE_MIDDLE[first - 1];
+            for _ in 0..HALVINGS {
+                let share = free.midpoint(taken);
+                if is_free(share) { free = share } else { taken = share }
+            }
+        }
+        Some(landing(free))
     }
 
     /// The first point outside straight above.
