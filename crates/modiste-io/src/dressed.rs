@@ -253,6 +253,12 @@ mod tests {
         let curves = |each| MovingCurves { name: "hair", points_per_curve: each, frames: &shirt };
         let with_hair = folder.path().join("hair.npz");
         write_with(&with_hair, 30.0, &[mesh("body", &body)], &[curves(5)], &[]).unwrap();
+        let counts = |values| FrameCounts { name: "shirt_flags".to_owned(), per_frame: 2, values };
+        let flagged = folder.path().join("flags.npz");
+        write_with(&flagged, 30.0, &[mesh("body", &body)], &[], &[counts((0..8).collect())]).unwrap();
+        assert_eq!(super::read_contents(&flagged).unwrap().meshes.len(), 1, "flags are no mesh");
+        let few = write_with(&flagged, 30.0, &[mesh("body", &body)], &[], &[counts(vec![0; 7])]).unwrap_err();
+        assert!(few.to_string().contains("2 for each of 4 frames, found 7"), "{few}");
         assert_eq!(Reader::open(&with_hair).unwrap().f32("hair").unwrap().shape, [4, 1, 5, 3]);
         let uneven = write_with(&with_hair, 30.0, &[mesh("body", &body)], &[curves(3)], &[]).unwrap_err();
         assert!(uneven.to_string().contains("a multiple of 3 points, found 5"), "{uneven}");

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use modiste_core::shapes::{grid, icosphere};
-use modiste_core::{Mesh, Quat, Vec3};
+use modiste_core::{Mesh, Quat, Topology, Vec3};
 
 use super::{Below, Cover, ExactOptions, Fit, FitOptions, Obstacle};
 use crate::check::{Checker, FrameCheck};
@@ -73,29 +73,21 @@ fn an_outer_layer_that_cuts_through_a_ridge_of_the_inner_one_is_lifted_over_it()
 }
 
 #[test]
-fn a_sheet_that_is_folded_through_itself_is_parted() {
-    // Folded in a wide bend, its upper half 8 mm above the lower one but for a dent, which is 6 mm through it.
-    let mesh = grid(60, 60);
-    let (length, radius) = (0.4, 0.004);
-    let bent = |v: &Vec3| {
-        let along = length * (v.x - 0.5);
-        let arc = std::f64::consts::PI * radius;
-        let z = length * v.y;
-        if along < 0.0 {
-            return Vec3::new(along, 0.0, z);
-        }
-        if along < arc {
-            let angle = along / radius;
-            return Vec3::new(radius * angle.sin(), radius * (1.0 - angle.cos()), z);
-        }
-        let back = along - arc;
-        let dent = 0.014 * (-((back - 0.1).powi(2) + (z - 0.2).powi(2)) / (2.0 * 0.008f64.powi(2))).exp();
-        Vec3::new(-back, 2.0 * radius - dent, z)
-    };
-    let cloth = Mesh { vertices: mesh.vertices.iter().map(bent).collect(), ..mesh };
+fn a_fold_whose_tip_is_through_the_sheet_beside_it_is_drawn_out() {
+    // A level sheet and, of the same garment, a pyramid on its tip, which is 3 mm through the middle of a triangle.
+    let level = sheet(0.0);
+    let count = level.vertices.len() as u32;
+    let face = level.topology.faces()[60].map(|vertex| level.vertices[vertex as usize]);
+    let tip = (face[0] + face[1] + face[2]) / 3.0 - 0.003 * Vec3::Y;
+    let corner = |angle: f64| tip + Vec3::new(0.02 * angle.cos(), 0.04, 0.02 * angle.sin());
+    let vertices: Vec<Vec3> =
+        level.vertices.iter().copied().chain([tip, corner(0.3), corner(2.4), corner(4.5)]).collect();
+    let pyramid = [[0, 2, 1], [0, 3, 2], [0, 1, 3]].map(|face| face.map(|vertex| vertex + count));
+    let faces = level.topology.faces().iter().copied().chain(pyramid).collect();
+    let cloth = Mesh { topology: Topology::new(vertices.len(), faces).unwrap().into(), vertices };
     let body = limb(Vec3::new(0.0, -1.0, 0.0));
     let crossing = |rounds: usize| check(&[&body, &fitted(&body, None, &cloth, rounds)]).garments[0].itself;
     let (before, after) = (crossing(0), crossing(2));
-    assert!(before.depth > 0.002, "{before:?} {after:?}");
-    assert!(after.depth < 0.002 && after.count < before.count / 2, "{before:?} {after:?}");
+    assert!(before.depth > 0.002, "{before:?}");
+    assert!(after.depth < 0.002, "{before:?} {after:?}");
 }
