@@ -45,12 +45,14 @@ impl Obstacle {
         let first = TO_THE_MIDDLE.into_iter().position(is_free)?;
         let mut free = TO_THE_MIDDLE[first];
         if first > 0 {
-            // As near to the rim as can be told.
+            // As near to the rim as can be told, and a last step away from it, as rounding may take it back.
             let mut taken = TO_THE_MIDDLE[first - 1];
             for _ in 0..HALVINGS {
                 let share = free.midpoint(taken);
                 if is_free(share) { free = share } else { taken = share }
             }
+            let share = 2.0 * free - taken;
+            free = if is_free(share) { share } else { TO_THE_MIDDLE[first] };
         }
         Some(landing(free))
     }
