@@ -1,6 +1,6 @@
 //! How near learned hair comes to simulated hair: the measurements of table 6.1.
 
-use modiste_core::Progress;
+use modiste_core::{Affine3, Progress};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ pub struct CellError {
     pub test_cm: f64,
     /// The best that the components can do on the sequences held out (cm).
     pub projection_cm: f64,
-    /// What hair that stands still at its mean in the moving canonical space would be off by on these (cm).
+    /// What hair that lies still at its mean in the model's moving space would be off by on these (cm).
     pub still_cm: f64,
     /// Frames compared, learned from and held out.
     pub frames: [usize; 2],
@@ -56,6 +56,8 @@ pub fn evaluate(
         let count = recorded.frames.len();
         let bust: Vec<Vec<f64>> =
             recorded.bust.chunks_exact(recorded.bust.len() / count).map(|frame| model.bust_numbers(frame)).collect();
+        let numbers = recorded.bust.chunks_exact(recorded.bust.len() / count);
+        let poses: Vec<Affine3> = numbers.map(|frame| model.space().pose_of_numbers(frame).inverse()).collect();
         for (cell, sums) in folder.recipe().cells.iter().zip(&mut sums) {
             let at = cells.iter().position(|other| other == cell).unwrap_or(0);
             let hair = folder.hair(name, at, count)?;
@@ -66,7 +68,7 @@ pub fn evaluate(
                 hair.chunks_exact(hair.len() / count).enumerate().step_by(EVERY).collect();
             let more = frames
                 .par_iter()
-                .map(|(t, wanted)| compare(model, &predicted[*t], wanted))
+                .map(|(t, wanted)| compare(model, &predicted[*t], &model.space().carry(&poses[*t], wanted)))
                 .reduce(Sums::default, Sums::join);
             let side = &mut sums[usize::from(recorded.held_out)];
             *side = side.join(more);

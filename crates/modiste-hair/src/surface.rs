@@ -32,7 +32,7 @@ pub struct Bust {
 /// Faces of the trunk nearer to an upper arm than this in the template pose (m) may be crossed by it.
 const ARM_REACH: f64 = 0.10;
 /// How far below cloth hair can come (m): what is further behind is on its other side, past a hem or a sleeve.
-const CLOTH_DEPTH: f64 = 0.03;
+pub(crate) const CLOTH_DEPTH: f64 = 0.03;
 /// Where a point of the surface is asked whether it can be seen from outside (m above it).
 const JUST_OUTSIDE: f64 = 1e-4;
 
@@ -59,6 +59,8 @@ pub struct Contact {
     pub distance: f64,
     /// Unit vector along which the distance grows.
     pub outwards: Vec3,
+    /// Whether the nearest point is on the rim of the surface, so that the point looks past it.
+    pub past: bool,
 }
 
 impl Bust {
@@ -170,6 +172,11 @@ impl Surface {
         &self.topology
     }
 
+    /// Whether a vertex lies on its rim.
+    pub fn is_rim(&self, vertex: u32) -> bool {
+        self.rim[vertex as usize]
+    }
+
     /// The tree over its faces.
     pub fn tree(&self) -> &TriangleBvh {
         &self.tree
@@ -188,7 +195,30 @@ impl Surface {
         if self.may_be_crossed(at.face) {
             return Some(self.contact_among_folds(p, at, distance, past));
         }
-        Some(self.towards(p, at, distance))
+        Some(self.towards(p, at, distance, past))
+    }
+
+    /// The vertex nearest to a point, as the nearest corner of the nearest face, with its unit normal, if the surface is no
+    /// further than `reach` (m) and the point does not look past its rim.
+    pub fn nearest_vertex(&self, p: Vec3, reach: f64) -> Option<(u32, Vec3)> {
+        let at = self.tree.closest_point(&self.x, p, reach)?;
+        let face = self.topology.faces()[at.face as usize];
+        let away = |vertex: u32| self.x[vertex as usize].distance_squared(p);
+        let vertex = face.into_iter().min_by(|&a, &b| away(a).total_cmp(&away(b)))?;
+        if self.rim[vertex as usize] {
+            return None;
+        }
+        let around = self.topology.vertex_faces(vertex as usize).iter();
+        let normal: Vec3 = around
+            .map(|&face| corners(self.topology.faces()[face as usize], &self.x))
+            .map(|[a, b, c]| (b - a).cross(c - a))
+            .sum();
+        Some((vertex, normal.normalize_or_zero()))
+    }
+
+    /// Whether a point is behind a sheet, by no more than it can be.
+    pub(crate) fn is_behind(&self, p: Vec3) -> bool {
+        self.contact(p, self.deepest, None).is_some_and(|contact| contact.distance < 0.0)
     }
 
     /// Whether a face may be crossed by others, so that distances to it say little of the next place.
@@ -201,27 +231,27 @@ impl Surface {
     fn contact_among_folds(&self, p: Vec3, at: SurfacePoint, distance: f64, past: bool) -> Contact {
         let inside = |p: Vec3| self.tree.winding_number(&self.x, p) > 0.5;
         if past || !inside(p) {
-            return self.towards(p, at, at.distance);
+            return self.towards(p, at, at.distance, past);
         }
         let visible = |face: u32, at: Vec3| {
             let [a, b, c] = corners(self.topology.faces()[face as usize], &self.x);
             !inside(at + JUST_OUTSIDE * (b - a).cross(c - a).normalize_or_zero())
         };
         if distance < 0.0 && visible(at.face, at.point) {
-            return self.towards(p, at, distance);
+            return self.towards(p, at, distance, past);
         }
         let out = self.tree.closest_point_where(&self.x, p, f64::INFINITY, None, visible).unwrap_or(at);
-        self.towards(p, out, -out.distance)
+        self.towards(p, out, -out.distance, past)
     }
 
-    fn towards(&self, p: Vec3, at: SurfacePoint, distance: f64) -> Contact {
+    fn towards(&self, p: Vec3, at: SurfacePoint, distance: f64, past: bool) -> Contact {
         let away = if distance < 0.0 { at.point - p } else { p - at.point };
         let outwards = if at.distance > 1e-7 {
             away / at.distance
         } else {
             modiste_core::pseudonormal(&self.topology, &self.x, &at).normalize_or(Vec3::Y)
         };
-        Contact { at, distance, outwards }
+        Contact { at, distance, outwards, past }
     }
 
     /// The point itself, or the nearest one that is `clearance` (m) above the surface when it is below that.

@@ -4,16 +4,19 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use modiste_body::{Body, Pose};
-use modiste_core::{Topology, Vec3};
+use modiste_core::{Affine3, Topology, Vec3, bounds};
 use rayon::prelude::*;
 
-use crate::canonical::{BustTrack, Frame};
+use crate::canonical::BustTrack;
 use crate::collision::{CollisionOptions, Subspace, solve};
 use crate::finish::Finish;
 use crate::model::{Dynamics, HairModel};
 use crate::surface::{Bust, Surface};
 use crate::training::Factors;
 use crate::{HairError, POINTS};
+
+/// Distance from the skin that coefficients are moved to (m), so that the last pass finds less to do.
+const MARGIN: f64 = 0.002;
 
 /// Learned hair on one body.
 #[derive(Debug)]
@@ -27,8 +30,11 @@ pub struct WornHair {
     subspace: Subspace,
     options: CollisionOptions,
     finish: Finish,
+    /// Clothes in the space of the hair.
+    clothes: Vec<Surface>,
     numbers: Vec<f32>,
-    canonical: Vec<Vec3>,
+    /// Points in the space of the hair (m).
+    still: Vec<Vec3>,
     points: Vec<Vec3>,
 }
 
@@ -43,8 +49,10 @@ pub struct HairTimes {
     pub reconstruction: Duration,
     /// Points inside the body as the model has them, by the loose test, among those looked at.
     pub inside_before: usize,
-    /// Points that the last pass moved.
+    /// Points that the last pass moved, and those among them that found no way out by themselves.
     pub moved: usize,
+    /// See [`FinishReport::lost`](crate::FinishReport).
+    pub lost: usize,
 }
 
 impl HairTimes {
@@ -60,7 +68,8 @@ impl WornHair {
     /// # Errors
     /// Factors that the model cannot show, or a body that it does not fit.
     pub fn new(model: &Arc<HairModel>, body: &Body, factors: Factors) -> Result<Self, HairError> {
-        Self::with_options(model, body, factors, CollisionOptions::for_guides(model.guide_count()))
+        let options = CollisionOptions { margin: MARGIN, ..CollisionOptions::for_guides(model.guide_count()) };
+        Self::with_options(model, body, factors, options)
     }
 
     /// The same with other weights of collision.
@@ -92,9 +101,10 @@ impl WornHair {
             subspace: Subspace::new(model.mean(), model.basis(), looked_at, roots)?,
             options,
             finish: Finish::new(),
+            clothes: Vec::new(),
             numbers: vec![0.0; 3 * model.point_count()],
             points: vec![Vec3::ZERO; model.point_count()],
-            canonical: vec![Vec3::ZERO; model.point_count()],
+            still: vec![Vec3::ZERO; model.point_count()],
             model: Arc::clone(model),
         })
     }
@@ -125,11 +135,21 @@ impl WornHair {
         times.synthesis = start.elapsed();
 
         let start = Instant::now();
-        let x: Vec<Vec3> = self.bust.vertices().iter().map(|&v| frame.to_canonical(vertices[v as usize])).collect();
+        let world_from_hair =
+            Affine3::from_mat3_translation(frame.rotation(), frame.position) * self.model.space().pose(&canonical);
+        let hair_from_world = world_from_hair.inverse();
+        let into_hair = |p: Vec3| hair_from_world.transform_point3(p);
+        let x: Vec<Vec3> = self.bust.vertices().iter().map(|&v| into_hair(vertices[v as usize])).collect();
         self.surface.set(&x);
-        let roots: Vec<Vec3> = self.model.roots().iter().map(|root| self.root(*root, vertices, &frame)).collect();
+        let topology = &self.topology;
+        let roots: Vec<Vec3> =
+            self.model.roots().iter().map(|root| into_hair(root.position(topology, vertices))).collect();
         let wanted: Vec<Vec3> = self.subspace.roots().iter().map(|&point| roots[point / POINTS]).collect();
-        let pairs = self.subspace.correspondences(&y0, &self.surface);
+        let looked_at = self.subspace.positions(&y0);
+        self.finish.look_around(&self.surface, bounds(&looked_at).unwrap_or_default());
+        // What lies in free space does not come inside by the little that the rest is moved.
+        let cells = self.finish.skin();
+        let pairs = self.subspace.nearest_vertices(&looked_at, &self.surface, |p| !cells.is_far_outside(p));
         let solved = solve(&self.subspace, &y0, &pairs, &wanted, &self.options)?;
         times.inside_before = solved.inside.first().copied().unwrap_or(0);
         let y = solved.rounds.last().unwrap_or(&y0);
@@ -137,7 +157,7 @@ impl WornHair {
 
         let start = Instant::now();
         self.model.expansion().expand(y, &mut self.numbers);
-        self.canonical.par_chunks_mut(POINTS).zip(self.numbers.par_chunks(3 * POINTS)).zip(&roots).for_each(
+        self.still.par_chunks_mut(POINTS).zip(self.numbers.par_chunks(3 * POINTS)).zip(&roots).with_min_len(64).for_each(
             |((points, numbers), root)| {
                 let at =
                     |i: usize| Vec3::new(f64::from(numbers[i]), f64::from(numbers[i + 1]), f64::from(numbers[i + 2]));
@@ -151,11 +171,15 @@ impl WornHair {
         times.reconstruction = start.elapsed();
 
         let start = Instant::now();
-        let clothes: Vec<Surface> = clothes.iter().map(|cloth| in_canonical(cloth, &frame)).collect();
-        let surfaces: Vec<&Surface> = std::iter::once(&self.surface).chain(&clothes).collect();
-        times.moved = self.finish.apply(&mut self.canonical, &surfaces).moved;
-        let canonical = &self.canonical;
-        self.points.par_iter_mut().zip(canonical).for_each(|(world, point)| *world = frame.to_world(*point));
+        self.carry_clothes(clothes, &hair_from_world);
+        let clothes: Vec<&Surface> = self.clothes.iter().collect();
+        let report = self.finish.apply_there(&mut self.still, &self.surface, &clothes);
+        (times.moved, times.lost) = (report.moved, report.lost);
+        self.points
+            .par_iter_mut()
+            .zip(&self.still)
+            .with_min_len(1024)
+            .for_each(|(world, point)| *world = world_from_hair.transform_point3(*point));
         times.collision += start.elapsed();
         Ok(times)
     }
@@ -165,14 +189,15 @@ impl WornHair {
         &self.points
     }
 
-    fn root(&self, root: crate::Root, vertices: &[Vec3], frame: &Frame) -> Vec3 {
-        frame.to_canonical(root.position(&self.topology, vertices))
+    fn carry_clothes(&mut self, clothes: &[&Surface], hair_from_world: &Affine3) {
+        let same = self.clothes.len() == clothes.len()
+            && self.clothes.iter().zip(clothes).all(|(a, b)| Arc::ptr_eq(a.topology(), b.topology()));
+        if !same {
+            self.clothes = clothes.iter().map(|&cloth| cloth.clone()).collect();
+        }
+        for (own, cloth) in self.clothes.iter_mut().zip(clothes) {
+            let x: Vec<Vec3> = cloth.vertices().iter().map(|&p| hair_from_world.transform_point3(p)).collect();
+            own.set(&x);
+        }
     }
-}
-
-fn in_canonical(surface: &Surface, frame: &Frame) -> Surface {
-    let mut moved = surface.clone();
-    let x: Vec<Vec3> = surface.vertices().iter().map(|&p| frame.to_canonical(p)).collect();
-    moved.set(&x);
-    moved
 }

@@ -133,32 +133,46 @@ fn hair_is_learned_saved_and_worn_by_other_bodies() {
     let other = Recipe { guides: 25, ..recipe };
     assert!(TrainingFolder::open(folder.path().join("set"), other).is_err());
     let names: Vec<String> = sequences.iter().map(|sequence| sequence.name.clone()).collect();
-    let options = LearnOptions { hair_dimensions: 8, bust_dimensions: 3 };
-    let learned = learn(&set, &names, &body, &groom.roots, &options, &Silent).unwrap();
-    assert!(learned.energy > 0.8 && learned.model.stability(1).unwrap().iter().all(|style| style.2 < 1.0));
-    let error = &evaluate(&learned.model, &set, &names, &Silent).unwrap()[0];
-    assert!(error.test_cm < error.still_cm, "{error:?}");
+    for plain in [true, false] {
+        let options = LearnOptions { hair_dimensions: 8, bust_dimensions: 3, plain };
+        let learned = learn(&set, &names, &body, &groom.roots, &options, &Silent).unwrap();
+        assert!(learned.energy > 0.8 && learned.model.stability(1).unwrap().iter().all(|style| style.2 < 1.0));
+        let error = &evaluate(&learned.model, &set, &names, &Silent).unwrap()[0];
+        assert!(error.test_cm < error.still_cm, "{error:?}");
 
-    let file = folder.path().join("hair.safetensors");
-    learned.model.save(&file, &Provenance::default()).unwrap();
-    let model = Arc::new(HairModel::load(&file).unwrap());
-    assert_eq!((model.guide_count(), model.layout()), (24, learned.model.layout()));
-    let tall = body.model().body(&[1.5, -1.0]).unwrap();
-    let motion = shaking(&tall, 20, 1.0);
-    let (mut vertices, bust) = (Vec::new(), Bust::new(tall.model()).unwrap());
-    let mut worn = WornHair::new(&model, &tall, Factors::default()).unwrap();
-    for pose in &motion.frames {
-        tall.pose(pose, &mut vertices);
-        worn.step(pose, &vertices, &[]).unwrap();
-        let found = penetration_exact(worn.points(), &bust.surface(&vertices));
-        assert!(found.inside == 0, "{found:?}");
-        for (root, guide) in model.roots().iter().zip(worn.points().chunks_exact(POINTS)) {
-            assert!(guide[0].distance(root.position(tall.model().topology(), &vertices)) < 1e-5);
+        let file = folder.path().join("hair.safetensors");
+        learned.model.save(&file, &Provenance::default()).unwrap();
+        let model = Arc::new(HairModel::load(&file).unwrap());
+        assert_eq!((model.guide_count(), model.layout()), (24, learned.model.layout()));
+        let tall = body.model().body(&[1.5, -1.0]).unwrap();
+        let motion = shaking(&tall, 20, 1.0);
+        let (mut vertices, bust) = (Vec::new(), Bust::new(tall.model()).unwrap());
+        let mut worn = WornHair::new(&model, &tall, Factors::default()).unwrap();
+        for pose in &motion.frames {
+            tall.pose(pose, &mut vertices);
+            worn.step(pose, &vertices, &[]).unwrap();
+            let found = penetration_exact(worn.points(), &bust.surface(&vertices));
+            assert!(found.inside == 0, "{found:?}");
+            for (root, guide) in model.roots().iter().zip(worn.points().chunks_exact(POINTS)) {
+                assert!(guide[0].distance(root.position(tall.model().topology(), &vertices)) < 1e-5);
+            }
         }
+        let full = FullHair::new(&tall, model.roots(), worn.points(), 50, 1).unwrap();
+        assert_eq!(full.points(tall.model().topology(), &vertices, worn.points()).len(), 50 * POINTS);
+        assert_eq!(model.densified(&body, 60).unwrap().guide_count(), 60);
+        // A cut in the motion: hair comes along as it lies on the head.
+        let lies = |points: &[Vec3], head: Vec3| -> Vec<Vec3> { points.iter().map(|p| *p - head).collect() };
+        let before = lies(worn.points(), worn.points()[0]);
+        let mut pose = motion.frames[19].clone();
+        pose.root_translation += Vec3::new(7.0, 0.0, -3.0);
+        tall.pose(&pose, &mut vertices);
+        for _ in 0..5 {
+            worn.step(&pose, &vertices, &[]).unwrap();
+            let after = lies(worn.points(), worn.points()[0]);
+            let moved = before.iter().zip(&after).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            assert!(moved < 0.1, "{moved} m");
+        }
+        let styled = Factors::new(0.5, 0.5);
+        assert!(WornHair::new(&model, &tall, styled).unwrap_err().to_string().contains("the only one"));
     }
-    let full = FullHair::new(&tall, model.roots(), worn.points(), 50, 1).unwrap();
-    assert_eq!(full.points(tall.model().topology(), &vertices, worn.points()).len(), 50 * POINTS);
-    assert_eq!(model.densified(&body, 60).unwrap().guide_count(), 60);
-    let styled = Factors::new(0.5, 0.5);
-    assert!(WornHair::new(&model, &tall, styled).unwrap_err().to_string().contains("the only one"));
 }

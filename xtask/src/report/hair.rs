@@ -8,14 +8,14 @@ use std::sync::Arc;
 use anyhow::{Result, bail};
 use modiste::{BenchHair, Event, Gender, HairStyle, Job, Outcome, run};
 use modiste_body::{Body, ScapeModel};
-use modiste_core::{Silent, Vec3};
+use modiste_core::{Affine3, Silent, Vec3};
 use modiste_hair::collision::{
     CoefficientDeviation, CollisionOptions, DescentOptions, Penetration, Subspace, descend, penetration_by_vertices,
     solve,
 };
-use modiste_hair::model::{Dynamics, HairModel};
+use modiste_hair::model::{Dynamics, HairModel, LearnOptions, learn};
 use modiste_hair::training::{Factors, Recipe, Sequence, TrainingFolder, sequences};
-use modiste_hair::{Bust, POINTS, Surface, WornHair, evaluate};
+use modiste_hair::{Bust, POINTS, Root, Surface, WornHair, evaluate};
 
 use super::page::{Page, rounded};
 use super::plot::{Series, lines};
@@ -63,40 +63,71 @@ fn scene() -> Result<Scene> {
     Ok(Scene { body, model, sequences })
 }
 
-/// Table 6.1 and figure 6.4.
-pub(super) fn errors() -> Result<Page> {
-    let mut page = Page::new("Error and stability (table 6.1, figure 6.4)");
-    let scene = scene()?;
+fn training_set(scene: &Scene) -> Result<TrainingFolder> {
     let root = hair_folder(HairStyle::Long, scene.model.guide_count());
     if !modiste_io::exists(root.join("manifest.json")) {
         bail!("there is no training set in {}", root.display());
     }
     let recipe: Recipe = modiste_io::json::read(root.join("manifest.json"))?;
-    let folder = TrainingFolder::open(root, recipe)?;
+    Ok(TrainingFolder::open(root, recipe)?)
+}
+
+/// Table 6.1 and figure 6.4.
+pub(super) fn errors() -> Result<Page> {
+    let mut page = Page::new("Error and stability (table 6.1, figure 6.4)");
+    let scene = scene()?;
+    let folder = training_set(&scene)?;
     let names: Vec<String> = scene.sequences.iter().map(|sequence| sequence.name.clone()).collect();
     let found = evaluate(&scene.model, &folder, &names, &Silent)?;
+    let dimensions = scene.model.layout().hair;
+    let options = LearnOptions { hair_dimensions: dimensions, plain: true, ..LearnOptions::default() };
+    let plain = learn(&folder, &names, &scene.body, scene.model.roots(), &options, &Silent)?.model;
+    let plainly = evaluate(&plain, &folder, &names, &Silent)?;
     page.paragraph(format!(
         "Mean distance of guide points from our simulation (cm), the model running freely from the bust alone, without \
-         collision handling; {} guides, {} coefficients. Hair that keeps its mean shape is the error of no model at all.",
+         collision handling; {} guides, {dimensions} coefficients. Plain is the model of the thesis alone, learned from the same \
+         simulation with as many coefficients: hair in a space that turns with the heading, driven by the bust coefficients. \
+         Ours takes hair in the space of the head, and means of the past, products and squares as further inputs. Hair that \
+         keeps its mean shape is the error of no model at all.",
         scene.model.guide_count(),
-        scene.model.layout().hair
     ));
-    let rows = found.iter().map(|error| {
+    let rows = found.iter().zip(&plainly).map(|(error, plain)| {
         let thesis = THESIS_ERRORS.iter().find(|(cell, _)| *cell == error.cell).map_or(f64::NAN, |(_, cm)| *cm);
-        let numbers = [error.training_cm, error.test_cm, error.projection_cm, error.still_cm, thesis];
+        let numbers = [
+            error.training_cm,
+            error.test_cm,
+            plain.training_cm,
+            plain.test_cm,
+            error.projection_cm,
+            error.still_cm,
+            thesis,
+        ];
         std::iter::once(error.cell.clone()).chain(numbers.map(rounded)).collect::<Vec<_>>()
     });
-    page.table(&["hair", "learned from", "held out", "components alone", "mean shape", "thesis, held out"], rows);
+    let header = [
+        "hair",
+        "learned from",
+        "held out",
+        "plain, learned from",
+        "plain, held out",
+        "components alone",
+        "mean shape",
+        "thesis, held out",
+    ];
+    page.table(&header, rows);
     for error in &found {
         if let Some((_, limit)) = THESIS_ERRORS.iter().find(|(cell, _)| *cell == error.cell) {
             page.at_most(&format!("error of {} held out", error.cell), error.test_cm, *limit, "cm");
         }
     }
     page.figures("errors", &found)?;
+    page.figures("errors_plain", &plainly)?;
     let grid = scene.model.stability(GRID)?;
     let largest = grid.iter().map(|(_, _, lambda)| *lambda).fold(0.0, f64::max);
     page.claim("λ_max over length and softness", "below 1".to_owned(), format!("{largest:.4}"), largest < 1.0);
     page.figures("lambda", &grid)?;
+    let plainly = plain.stability(GRID)?.iter().map(|(_, _, lambda)| *lambda).fold(0.0, f64::max);
+    page.paragraph(format!("The plain model's λ_max over the same grid is {plainly:.4}."));
     let series: Vec<Series> = [0.0, 0.5, 1.0]
         .into_iter()
         .map(|softness| {
@@ -193,9 +224,13 @@ fn moments(scene: &Scene) -> Result<Vec<Moment>> {
         let (frame, canonical) = track.canonical(&vertices, pose);
         let y0 = dynamics.step(frame, &scene.model.bust_coefficients(&canonical)).to_vec();
         if index % STRIDE == 0 {
-            let x = bust.gather(&vertices).into_iter().map(|p| frame.to_canonical(p)).collect();
+            let canonical_from_hair = scene.model.space().pose(&canonical);
+            let world_from_hair = Affine3::from_mat3_translation(frame.rotation(), frame.position) * canonical_from_hair;
+            let into_hair = world_from_hair.inverse();
+            let x = bust.gather(&vertices).into_iter().map(|p| into_hair.transform_point3(p)).collect();
             let topology = scene.body.model().topology();
-            let roots = scene.model.roots().iter().map(|root| frame.to_canonical(root.position(topology, &vertices)));
+            let at = |root: &Root| into_hair.transform_point3(root.position(topology, &vertices));
+            let roots = scene.model.roots().iter().map(at);
             moments.push(Moment { surface: Surface::new(bust.topology(), x), roots: roots.collect(), y0 });
         }
     }

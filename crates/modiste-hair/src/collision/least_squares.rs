@@ -1,6 +1,7 @@
 //! Method B: a few small least-squares problems (eq. 32 and 33).
 
 use modiste_core::{Matrix, Vec3, solve_spd};
+use rayon::prelude::*;
 
 use super::subspace::add_outer;
 use super::{CollisionOptions, Correspondence, Subspace};
@@ -31,42 +32,54 @@ pub fn solve(
 ) -> Result<SolveReport, HairError> {
     let d = subspace.count();
     let (root_gram, root_right) = subspace.root_terms(roots);
+    let weight = options.penetration * options.every as f64;
+    let prior = options.prior_weight(subspace);
     let mut y = y0.to_vec();
     let mut report = SolveReport { rounds: Vec::new(), inside: Vec::new() };
+    // Normal equations of the points that are inside; from round to round, few come and go.
+    let mut gram = Matrix::zeros(d, d);
+    let mut right: Vec<f64> = (0..d).map(|k| prior * y0[k] + options.roots * root_right[k]).collect();
+    let mut counted: Vec<Option<Vec<f32>>> = vec![None; correspondences.len()];
     for _ in 0..options.rounds {
-        let mut matrix = Matrix::zeros(d, d);
-        let mut right: Vec<f64> = (0..d).map(|k| options.prior * y0[k] + options.roots * root_right[k]).collect();
-        let weight = options.penetration * options.every as f64;
-        let mut inside = 0;
-        for pair in correspondences {
-            let position = subspace.position(pair.point, &y);
-            let depth = pair.normal.dot(position - pair.at) - options.margin;
-            if depth >= 0.0 {
-                continue;
-            }
-            inside += 1;
-            let along = subspace.along(pair.point, pair.normal);
+        let depths: Vec<f64> = correspondences
+            .par_iter()
+            .with_min_len(64)
+            .map(|pair| pair.normal.dot(subspace.position(pair.point, &y) - pair.at) - options.margin)
+            .collect();
+        for ((pair, counted), &depth) in correspondences.iter().zip(&mut counted).zip(&depths) {
+            let (along, weight) = match (depth < 0.0, counted.take()) {
+                (true, Some(along)) => {
+                    *counted = Some(along);
+                    continue;
+                }
+                (true, None) => (subspace.along(pair.point, pair.normal), weight),
+                (false, Some(along)) => (along, -weight),
+                (false, None) => continue,
+            };
             // n · (Q y + μ − b) − margin = along · y + constant
             let constant = depth - along.iter().zip(&y).map(|(a, y)| f64::from(*a) * y).sum::<f64>();
-            add_outer(&mut matrix, &along, weight);
+            add_outer(&mut gram, &along, weight);
             for (value, &a) in right.iter_mut().zip(&along) {
                 *value -= weight * constant * f64::from(a);
             }
+            *counted = (depth < 0.0).then_some(along);
         }
+        let inside = depths.iter().filter(|depth| **depth < 0.0).count();
         report.inside.push(inside);
         if inside == 0 {
             report.rounds.push(y.clone());
             break;
         }
+        let mut matrix = Matrix::zeros(d, d);
         for i in 0..d {
             for j in 0..=i {
-                let entry = matrix[(i, j)] + options.roots * root_gram[(i, j)];
+                let entry = gram[(i, j)] + options.roots * root_gram[(i, j)];
                 matrix[(i, j)] = entry;
                 matrix[(j, i)] = entry;
             }
-            matrix[(i, i)] += options.prior;
+            matrix[(i, i)] += prior;
         }
-        let right = Matrix { rows: d, cols: 1, data: right };
+        let right = Matrix { rows: d, cols: 1, data: right.clone() };
         y = solve_spd(&matrix, &right).map_err(HairError::solving("coefficients of hair without collisions"))?.data;
         report.rounds.push(y.clone());
     }

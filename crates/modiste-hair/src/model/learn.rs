@@ -1,15 +1,17 @@
 //! Learning: principal components of bust and hair, and the blocks of the hair tensor.
 
 use modiste_body::Body;
-use modiste_core::{Matrix, Pca, Progress, QuantisedBasis};
+use modiste_core::{Affine3, Matrix, Pca, Progress, QuantisedBasis, Vec3};
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
 use super::expansion::Expansion;
+use super::inputs::Inputs;
 use super::matrix::{Layout, MOVES, Ridge, StyleMatrix};
 use super::{Dynamics, HairModel};
 use crate::canonical::BustTrack;
 use crate::scalp::Root;
+use crate::space::HairSpace;
 use crate::training::{Factors, Recorded, TrainingFolder};
 use crate::{HairError, POINTS};
 
@@ -21,8 +23,11 @@ const CHUNK: usize = 512;
 /// Every so many training sequences, one is kept back to choose the ridge by.
 const CHOOSE_EVERY: usize = 6;
 /// Ridges that are tried.
-const INDEPENDENT: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
-const SHARED: [f64; 5] = [1e-3, 1e-2, 3e-2, 1e-1, 3e-1];
+const INDEPENDENT: [f64; 3] = [1e-4, 1e-3, 1e-2];
+const SHARED: [f64; 4] = [1e-2, 3e-2, 1e-1, 3e-1];
+const INPUTS: [f64; 4] = [1e-3, 1e-2, 3e-2, 1e-1];
+/// How far beyond what was seen in training inputs may go.
+const BEYOND: f64 = 1.2;
 /// A style whose largest eigenvalue is above this is not taken.
 const STABLE: f64 = 0.995;
 
@@ -33,11 +38,13 @@ pub struct LearnOptions {
     pub hair_dimensions: usize,
     /// Bust coefficients, d_b.
     pub bust_dimensions: usize,
+    /// Whether the model is that of the thesis alone ([`HairSpace`], [`Inputs`]).
+    pub plain: bool,
 }
 
 impl Default for LearnOptions {
     fn default() -> Self {
-        Self { hair_dimensions: 100, bust_dimensions: 10 }
+        Self { hair_dimensions: 100, bust_dimensions: 10, plain: false }
     }
 }
 
@@ -54,10 +61,13 @@ pub struct Learned {
     pub sequences: usize,
 }
 
-/// A sequence in coefficients: the bust per frame, and the hair per cell and frame.
+/// A sequence in coefficients: the bust and the inputs per frame, and the hair per cell and frame.
 struct Reduced {
     recorded: Recorded,
     bust: Vec<Vec<f64>>,
+    inputs: Vec<Vec<f64>>,
+    /// Whether the bust cannot have moved to where it is in a frame, or in the one before.
+    cut: Vec<bool>,
     hair: Vec<Vec<Vec<f64>>>,
 }
 
@@ -88,19 +98,21 @@ pub fn learn(
     }
     progress.start(STAGE, recorded.len() + 3);
     let bust = bust_components(&recorded, frames, options.bust_dimensions)?;
-    let hair = hair_components(folder, &recorded, frames, options.hair_dimensions)?;
+    let track = BustTrack::reference(body)?;
+    let bust_rest: Vec<Vec3> = track.vertices().iter().map(|&v| body.rest_vertices()[v as usize]).collect();
+    let space = if options.plain { HairSpace::of_bust() } else { HairSpace::of_head(track.head(), &bust_rest) };
+    let hair = hair_components(folder, &recorded, frames, &space, options.hair_dimensions)?;
     progress.advance(STAGE, 1);
     let energy = hair.std_devs.iter().map(|s| s * s).sum::<f64>() / hair.total_variance;
     let mut reduced = Vec::with_capacity(recorded.len());
     for (index, recorded) in recorded.into_iter().enumerate() {
-        reduced.push(reduce(folder, recorded, &bust, &hair)?);
+        reduced.push(reduce(folder, recorded, &bust, (&space, &hair), options.plain)?);
         progress.advance(STAGE, index + 2);
     }
-    let layout = Layout { bust: bust.count(), hair: hair.count() };
+    let layout = Layout { inputs: Inputs::count(options.plain, bust.count()), hair: hair.count() };
     let chosen = |index: usize| index % CHOOSE_EVERY == CHOOSE_EVERY - 1;
     let gram_of = |wanted: &dyn Fn(usize) -> bool| gram(&reduced, layout, cells.len(), wanted);
     let (kept, rest) = (gram_of(&|index| !chosen(index)), gram_of(&chosen));
-    let track = BustTrack::reference(body)?;
     let n = 3 * POINTS * roots.len();
     let basis =
         QuantisedBasis::from_f32(&hair.basis, hair.count(), n).map_err(HairError::solving("basis of the hair"))?;
@@ -110,7 +122,10 @@ pub fn learn(
         roots: roots.to_vec(),
         cells: cells.clone(),
         bust_vertices: track.vertices().to_vec(),
-        bust_rest: track.vertices().iter().map(|&v| body.rest_vertices()[v as usize]).collect(),
+        bust_rest,
+        plain: options.plain,
+        space,
+        limits: limits(&reduced),
         expansion: Expansion::new(&hair.mean, &basis),
         basis,
         mean: hair.mean,
@@ -144,6 +159,7 @@ fn hair_components(
     folder: &TrainingFolder,
     recorded: &[Recorded],
     frames: usize,
+    space: &HairSpace,
     count: usize,
 ) -> Result<Pca, HairError> {
     let cells = folder.recipe().cells.len();
@@ -155,9 +171,10 @@ fn hair_components(
         for cell in 0..cells {
             let count = sequence.frames.len();
             let hair = folder.hair(&sequence.name, cell, count)?;
-            for frame in hair.chunks_exact(hair.len() / count) {
+            let busts = sequence.bust.chunks_exact(sequence.bust.len() / count);
+            for (frame, bust) in hair.chunks_exact(hair.len() / count).zip(busts) {
                 if at % every == 0 {
-                    samples.push(frame.to_vec());
+                    samples.push(space.carry(&space.pose_of_numbers(bust).inverse(), frame));
                 }
                 at += 1;
             }
@@ -167,17 +184,58 @@ fn hair_components(
     Pca::fit(&samples, count).map_err(HairError::solving("components of the hair"))
 }
 
-fn reduce(folder: &TrainingFolder, recorded: Recorded, bust: &Pca, hair: &Pca) -> Result<Reduced, HairError> {
+fn reduce(
+    folder: &TrainingFolder,
+    recorded: Recorded,
+    bust: &Pca,
+    (space, hair): (&HairSpace, &Pca),
+    plain: bool,
+) -> Result<Reduced, HairError> {
     let count = recorded.frames.len();
     let numbers = recorded.bust.len() / count;
-    let bust = recorded.bust.chunks_exact(numbers).map(|frame| bust.project(frame)).collect();
+    let poses: Vec<Affine3> =
+        recorded.bust.chunks_exact(numbers).map(|frame| space.pose_of_numbers(frame).inverse()).collect();
+    let bust: Vec<Vec<f64>> = recorded.bust.chunks_exact(numbers).map(|frame| bust.project(frame)).collect();
     let mut cells = Vec::new();
     for cell in 0..folder.recipe().cells.len() {
         let numbers = folder.hair(&recorded.name, cell, count)?;
         let frames: Vec<&[f32]> = numbers.chunks_exact(numbers.len() / count).collect();
-        cells.push(frames.par_iter().map(|frame| hair.project(frame)).collect());
+        let carried = frames.par_iter().zip(&poses).map(|(frame, pose)| hair.project(&space.carry(pose, frame)));
+        cells.push(carried.collect());
     }
-    Ok(Reduced { recorded, bust, hair: cells })
+    let mut inputs = Inputs::new(plain);
+    let driven = recorded.frames.iter().zip(&bust).map(|(frame, x)| inputs.next(*frame, x)).collect();
+    let frames = &recorded.frames;
+    let is_cut = |t: usize| {
+        let shift = bust[t].iter().zip(&bust[t - 1]).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        t >= 2 && frames[t].is_cut([&frames[t - 2], &frames[t - 1]], shift)
+    };
+    let cut = (0..count).map(|t| t >= 1 && (is_cut(t) || t >= 2 && is_cut(t - 1))).collect();
+    Ok(Reduced { recorded, bust, inputs: driven, cut, hair: cells })
+}
+
+/// How far inputs and moves may go.
+fn limits(reduced: &[Reduced]) -> std::sync::Arc<[f64]> {
+    let mut limits: Vec<f64> = Vec::new();
+    for sequence in reduced {
+        for t in (2..sequence.bust.len()).filter(|&t| !sequence.cut[t]) {
+            let numbers = sequence.inputs[t].iter().copied().chain(moves(sequence, t));
+            for (index, number) in numbers.enumerate() {
+                match limits.get_mut(index) {
+                    Some(limit) => *limit = limit.max(BEYOND * number.abs()),
+                    None => limits.push(BEYOND * number.abs()),
+                }
+            }
+        }
+    }
+    limits.into()
+}
+
+/// `z_{t,t−2}` and `z_{t−1,t−2}`.
+fn moves(sequence: &Reduced, t: usize) -> [f64; MOVES] {
+    let frames = &sequence.recorded.frames;
+    let (a, b) = (frames[t].since(&frames[t - 2]), frames[t - 1].since(&frames[t - 2]));
+    std::array::from_fn(|i| if i < 5 { a[i] } else { b[i - 5] })
 }
 
 /// `D Dᵀ` of the stacked blocks over the frames from the third on of the wanted sequences.
@@ -193,7 +251,7 @@ fn gram(reduced: &[Reduced], layout: Layout, cells: usize, wanted: &dyn Fn(usize
         rows.clear();
     };
     for sequence in reduced.iter().enumerate().filter(|(index, _)| wanted(*index)).map(|(_, sequence)| sequence) {
-        for t in 2..sequence.bust.len() {
+        for t in (2..sequence.bust.len()).filter(|&t| !sequence.cut[t]) {
             let mut row = Vec::with_capacity(cells * size);
             for cell in 0..cells {
                 row.extend(augmented(sequence, cell, t));
@@ -212,12 +270,9 @@ fn gram(reduced: &[Reduced], layout: Layout, cells: usize, wanted: &dyn Fn(usize
 
 /// `w_t = [x_t; y_{t−2}; y_{t−1}; z_{t,t−2}; z_{t−1,t−2}; y_t]`.
 fn augmented(sequence: &Reduced, cell: usize, t: usize) -> impl Iterator<Item = f64> {
-    let (hair, frames) = (&sequence.hair[cell], &sequence.recorded.frames);
-    let moves: [f64; MOVES] = {
-        let (a, b) = (frames[t].since(&frames[t - 2]), frames[t - 1].since(&frames[t - 2]));
-        std::array::from_fn(|i| if i < 5 { a[i] } else { b[i - 5] })
-    };
-    sequence.bust[t].iter().chain(&hair[t - 2]).chain(&hair[t - 1]).copied().chain(moves).chain(hair[t].iter().copied())
+    let hair = &sequence.hair[cell];
+    let moves = moves(sequence, t);
+    sequence.inputs[t].iter().chain(&hair[t - 2]).chain(&hair[t - 1]).copied().chain(moves).chain(hair[t].iter().copied())
 }
 
 /// Ridges in the order of how near the model comes to simulated hair with them, running freely through the trial sequences.
@@ -225,9 +280,10 @@ fn choose_ridges(model: &HairModel, trial: &[&Reduced]) -> Result<Vec<Ridge>, Ha
     let mut tried = Vec::new();
     for independent in INDEPENDENT {
         for shared in SHARED {
-            let ridge = Ridge { independent, shared };
-            let error = free_error(model, trial, ridge)?;
-            tried.push((error, ridge));
+            for inputs in INPUTS {
+                let ridge = Ridge { independent, shared, inputs };
+                tried.push((free_error(model, trial, ridge)?, ridge));
+            }
         }
     }
     tried.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -241,7 +297,7 @@ fn free_error(model: &HairModel, trial: &[&Reduced], ridge: Ridge) -> Result<f64
         let weights = Factors::of_cell(cell).weights(&model.cells)?;
         let matrix = StyleMatrix::new(&model.blocks, &weights, model.layout(), ridge)?;
         for sequence in trial {
-            let mut dynamics = Dynamics::with_matrix(Factors::of_cell(cell), matrix.clone());
+            let mut dynamics = Dynamics::with_matrix(model, Factors::of_cell(cell), matrix.clone());
             for (t, frame) in sequence.recorded.frames.iter().enumerate() {
                 let found = dynamics.step(*frame, &sequence.bust[t]);
                 let wanted = &sequence.hair[index][t];
@@ -254,7 +310,7 @@ fn free_error(model: &HairModel, trial: &[&Reduced], ridge: Ridge) -> Result<f64
 
 /// The best ridge with which every style is stable; where none of those tried is, stronger ones.
 fn first_stable(model: &HairModel, ridges: &[Ridge]) -> Result<Ridge, HairError> {
-    let strongest = Ridge { independent: 0.1, shared: 1.0 };
+    let strongest = Ridge { independent: 0.1, shared: 1.0, inputs: 0.1 };
     for &ridge in ridges.iter().chain([&strongest]) {
         if largest_eigenvalue(model, ridge)? < STABLE {
             return Ok(ridge);

@@ -5,6 +5,7 @@ mod densify;
 mod dynamics;
 mod expansion;
 mod file;
+mod inputs;
 mod learn;
 mod matrix;
 mod tensor;
@@ -18,12 +19,14 @@ pub use blocks::Blocks;
 pub use dynamics::Dynamics;
 pub use expansion::Expansion;
 pub use file::Provenance;
+pub use inputs::Inputs;
 pub use learn::{LearnOptions, Learned, learn};
 pub use matrix::{Layout, MOVES, Ridge, StyleMatrix};
 pub use tensor::{NModeSvd, Tensor};
 
 use crate::canonical::BustTrack;
 use crate::scalp::Root;
+use crate::space::HairSpace;
 use crate::training::{Cell, Factors};
 use crate::{HairError, POINTS};
 
@@ -39,6 +42,11 @@ pub struct HairModel {
     /// Positions of the tracked vertices at rest on the body that the hair was learned on (m).
     pub(crate) bust_rest: Vec<Vec3>,
     pub(crate) bust: Pca,
+    /// Whether it is that of the thesis alone.
+    pub(crate) plain: bool,
+    pub(crate) space: HairSpace,
+    /// Largest magnitude of each input and each number of z: somewhat beyond what was seen in training.
+    pub(crate) limits: Arc<[f64]>,
     pub(crate) mean: Vec<f32>,
     pub(crate) basis: QuantisedBasis<i8>,
     pub(crate) std_devs: Vec<f64>,
@@ -84,9 +92,19 @@ impl HairModel {
         self.ridge
     }
 
+    /// Whether it is the model of the thesis alone: hair in the canonical space of the bust, and no inputs but its coefficients.
+    pub fn is_plain(&self) -> bool {
+        self.plain
+    }
+
+    /// The space that the hair's components live in.
+    pub fn space(&self) -> &HairSpace {
+        &self.space
+    }
+
     /// Sizes of the parts of an augmented vector.
     pub fn layout(&self) -> Layout {
-        Layout { bust: self.bust.count(), hair: self.basis.count() }
+        Layout { inputs: Inputs::count(self.plain, self.bust.count()), hair: self.basis.count() }
     }
 
     /// Standard deviation of each hair coefficient over the training set (m), largest first.
@@ -99,7 +117,7 @@ impl HairModel {
         &self.expansion
     }
 
-    /// Mean hair in canonical space (m), μ^h.
+    /// Mean hair in its space (m), μ^h.
     pub fn mean(&self) -> &[f32] {
         &self.mean
     }
@@ -128,7 +146,7 @@ impl HairModel {
         self.bust.project(numbers)
     }
 
-    /// Coefficients of hair in canonical space, three numbers a point (m).
+    /// Coefficients of hair in its space, three numbers a point (m).
     pub fn hair_coefficients(&self, numbers: &[f32]) -> Vec<f64> {
         let n = self.mean.len();
         let centred: Vec<f32> = numbers.iter().zip(&self.mean).map(|(a, b)| a - b).collect();

@@ -1,0 +1,454 @@
+//! Space about a skin in small cells: most points are answered for by the cell that they lie in.
+//!
+//! A cell knows how often the skin goes around its middle, and which faces come near it. Of a point in a cell without faces
+//! that is all: it lies as the middle does. In another cell, the way from the middle to the point stays in the cell, and each
+//! face that it crosses changes the number by one. So every point has its exact winding number, also where an arm has sunk
+//! into the chest, for the price of a few planes.
+
+use modiste_core::{SurfacePoint, Vec3, closest_point_on_triangle};
+use rayon::prelude::*;
+
+use super::closed::Closed;
+
+/// Edge of a cell (m).
+const EDGE: f64 = 0.008;
+/// Most cells along an axis: 2 m.
+const MOST: usize = 250;
+/// Layers across the first axis that are made together, each by one thread.
+const LAYERS: usize = 8;
+
+/// A face as cells see it.
+#[derive(Debug, Clone, Copy)]
+struct Plate {
+    /// Unit normal, and the distance of the plane from the origin along it (m).
+    normal: Vec3,
+    offset: f64,
+    low: Vec3,
+    high: Vec3,
+}
+
+/// Some layers of cells.
+#[derive(Debug, Clone, Default)]
+struct Slab {
+    /// Winding number of the skin around the middle of each cell.
+    winding: Vec<i8>,
+    /// Faces near cell `c` are `faces[starts[c]..starts[c + 1]]`.
+    starts: Vec<u32>,
+    faces: Vec<u32>,
+    /// Cell and face, before they are sorted.
+    pairs: Vec<(u32, u32)>,
+}
+
+/// Cells about a skin in one pose.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Cells {
+    low: Vec3,
+    counts: [usize; 3],
+    /// Box around everything that is near the skin (m).
+    skin: (Vec3, Vec3),
+    reach: f64,
+    x: Vec<Vec3>,
+    plates: Vec<Plate>,
+    slabs: Vec<Slab>,
+    closed: Option<Closed>,
+}
+
+/// Where a point is with regard to a skin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Standing {
+    /// Outside, and further away than was asked for.
+    Clear,
+    /// Outside; the nearest point of the skin.
+    Near(SurfacePoint),
+    /// Inside; the nearest point among the faces of the cell, if there are any, and whether it is the nearest of all.
+    Inside(Option<SurfacePoint>, bool),
+    /// Not in the cells, though where skin may be.
+    Unknown,
+}
+
+impl Cells {
+    /// Makes the cells anew, where a surface with these positions (m) and the box from `low` to `high` meet. Points are told
+    /// near if the skin is within `reach` (m).
+    pub(crate) fn build(
+        &mut self,
+        topology: &std::sync::Arc<modiste_core::Topology>,
+        x: &[Vec3],
+        (low, high): (Vec3, Vec3),
+        reach: f64,
+    ) {
+        let closed = match self.closed.take() {
+            Some(closed) if closed.is_of(topology) => closed,
+            _ => Closed::new(topology),
+        };
+        closed.positions(x, &mut self.x);
+        self.reach = reach;
+        let x = &self.x;
+        closed.faces.par_iter().with_min_len(1024).map(|face| Plate::new(face.map(|v| x[v as usize]))).collect_into_vec(&mut self.plates);
+        let zero = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let (skin_low, skin_high) =
+            self.plates.iter().fold(zero, |(low, high), plate| (low.min(plate.low), high.max(plate.high)));
+        self.skin = (skin_low - 2.0 * reach, skin_high + 2.0 * reach);
+        self.low = low.max(self.skin.0);
+        let size = ((high.min(self.skin.1) - self.low) / EDGE).ceil();
+        self.counts = size.to_array().map(|n| if n > 0.0 { (n as usize).min(MOST) } else { 0 });
+        if self.counts.contains(&0) {
+            self.counts = [0; 3];
+        }
+        self.slabs.resize_with(self.counts[0].div_ceil(LAYERS), Slab::default);
+        let (low, counts, plates) = (self.low, self.counts, &self.plates);
+        self.slabs.par_iter_mut().enumerate().for_each(|(index, slab)| {
+            let layers = [index * LAYERS, ((index + 1) * LAYERS).min(counts[0])];
+            slab.fill(&Space { low, counts, layers, reach, x, plates, faces: &closed.faces });
+        });
+        self.closed = Some(closed);
+    }
+
+    /// Where a point stands; `gap` (m) is at most the reach that the cells were made with.
+    pub(crate) fn standing(&self, p: Vec3, gap: f64) -> Standing {
+        let Some(cell) = self.cell(p) else {
+            let far = p.cmplt(self.skin.0).any() || p.cmpgt(self.skin.1).any();
+            return if far { Standing::Clear } else { Standing::Unknown };
+        };
+        let (slab, index) = self.place(cell);
+        let faces = slab.faces_of(index);
+        let winding = i32::from(slab.winding[index]);
+        if faces.is_empty() {
+            return if winding > 0 { Standing::Inside(None, false) } else { Standing::Clear };
+        }
+        let mut near = Near::default();
+        if winding + self.crossings(p, cell, faces, |face| near.push(face), gap) <= 0 {
+            return match self.nearest(p, near.faces().unwrap_or(faces), gap) {
+                Some(at) => Standing::Near(at),
+                None => Standing::Clear,
+            };
+        }
+        let nearest = self.nearest(p, faces, f64::INFINITY);
+        // All faces are listed that come as near to the cell as the reach.
+        let corner = self.corner(cell);
+        let inset = (p - corner).min_element().min((corner + Vec3::splat(EDGE) - p).min_element());
+        let sure = nearest.is_some_and(|at| at.distance <= inset.max(0.0) + self.reach);
+        Standing::Inside(nearest, sure)
+    }
+
+    /// Whether a point is inside; `None` where [`Self::standing`] does not know.
+    pub(crate) fn is_inside(&self, p: Vec3) -> Option<bool> {
+        let Some(cell) = self.cell(p) else {
+            let far = p.cmplt(self.skin.0).any() || p.cmpgt(self.skin.1).any();
+            return far.then_some(false);
+        };
+        let (slab, index) = self.place(cell);
+        Some(i32::from(slab.winding[index]) + self.crossings(p, cell, slab.faces_of(index), |_| (), 0.0) > 0)
+    }
+
+    /// How the winding number changes from the middle of a cell to a point in it; `near` is told of faces of the surface
+    /// whose planes are within `gap` (m).
+    fn crossings(&self, p: Vec3, cell: [usize; 3], faces: &[u32], mut near: impl FnMut(u32), gap: f64) -> i32 {
+        let Some(closed) = &self.closed else { return 0 };
+        let middle = self.corner(cell) + Vec3::splat(0.5 * EDGE);
+        let mut change = 0;
+        for &face in faces {
+            let plate = &self.plates[face as usize];
+            let above = plate.normal.dot(p) - plate.offset;
+            let from = plate.normal.dot(middle) - plate.offset;
+            if (above >= 0.0) != (from >= 0.0) && crosses(middle, p, closed.faces[face as usize], &self.x) {
+                change += if from >= 0.0 { 1 } else { -1 };
+            }
+            if above.abs() <= gap && (face as usize) < closed.own {
+                near(face);
+            }
+        }
+        change
+    }
+
+    /// Whether a point lies in a cell that holds or touches no part of the skin and lies outside.
+    pub(crate) fn is_far_outside(&self, p: Vec3) -> bool {
+        let Some(cell) = self.cell(p) else { return false };
+        let (slab, index) = self.place(cell);
+        slab.winding[index] <= 0 && slab.faces_of(index).is_empty()
+    }
+
+    fn corner(&self, cell: [usize; 3]) -> Vec3 {
+        self.low + EDGE * Vec3::from_array(cell.map(|n| n as f64))
+    }
+
+    fn cell(&self, p: Vec3) -> Option<[usize; 3]> {
+        let place = (p - self.low) / EDGE;
+        // Comparisons fail for what is no number.
+        let within = (0..3).all(|axis| place[axis] >= 0.0 && place[axis] < self.counts[axis] as f64);
+        within.then(|| place.to_array().map(|n| n as usize))
+    }
+
+    fn place(&self, cell: [usize; 3]) -> (&Slab, usize) {
+        let index = ((cell[0] % LAYERS) * self.counts[1] + cell[1]) * self.counts[2] + cell[2];
+        (&self.slabs[cell[0] / LAYERS], index)
+    }
+
+    /// Unit normal of a face.
+    pub(crate) fn normal(&self, face: u32) -> Vec3 {
+        self.plates[face as usize].normal
+    }
+
+    fn nearest(&self, p: Vec3, faces: &[u32], within: f64) -> Option<SurfacePoint> {
+        let closed = self.closed.as_ref()?;
+        let mut best: Option<SurfacePoint> = None;
+        let mut least = within * within;
+        for &face in faces.iter().filter(|&&face| (face as usize) < closed.own) {
+            let plate = &self.plates[face as usize];
+            let above = plate.normal.dot(p) - plate.offset;
+            let beyond = (plate.low - p).max(p - plate.high).max(Vec3::ZERO);
+            if above * above >= least || beyond.length_squared() >= least {
+                continue;
+            }
+            let triangle = closed.faces[face as usize].map(|vertex| self.x[vertex as usize]);
+            let (point, barycentric) = closest_point_on_triangle(p, triangle);
+            let squared = point.distance_squared(p);
+            if squared < least {
+                least = squared;
+                best = Some(SurfacePoint { face, barycentric, point, distance: squared.sqrt() });
+            }
+        }
+        best
+    }
+}
+
+impl Plate {
+    fn new([a, b, c]: [Vec3; 3]) -> Self {
+        let normal = (b - a).cross(c - a).normalize_or_zero();
+        Self { normal, offset: normal.dot(a), low: a.min(b).min(c), high: a.max(b).max(c) }
+    }
+}
+
+/// What a slab is made from.
+struct Space<'a> {
+    low: Vec3,
+    counts: [usize; 3],
+    /// First layer, and the one after the last.
+    layers: [usize; 2],
+    reach: f64,
+    x: &'a [Vec3],
+    plates: &'a [Plate],
+    faces: &'a [[u32; 3]],
+}
+
+/// Some faces near a point: up to a few; more are as good as all.
+#[derive(Default)]
+struct Near {
+    faces: [u32; 8],
+    count: usize,
+}
+
+impl Near {
+    fn push(&mut self, face: u32) {
+        if let Some(slot) = self.faces.get_mut(self.count) {
+            *slot = face;
+        }
+        self.count += 1;
+    }
+
+    fn faces(&self) -> Option<&[u32]> {
+        self.faces.get(..self.count)
+    }
+}
+
+impl Slab {
+    fn faces_of(&self, cell: usize) -> &[u32] {
+        &self.faces[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    fn fill(&mut self, space: &Space<'_>) {
+        let [_, across, deep] = space.counts;
+        let cells = (space.layers[1] - space.layers[0]) * across * deep;
+        self.winding.clear();
+        self.winding.resize(cells, 0);
+        self.pairs.clear();
+        let start = space.low.x + EDGE * space.layers[0] as f64;
+        let end = space.low.x + EDGE * space.layers[1] as f64;
+        let top = space.low + EDGE * Vec3::from_array(space.counts.map(|n| n as f64));
+        for (face, plate) in (0u32..).zip(space.plates) {
+            let beyond = plate.low.x - space.reach > end
+                || plate.high.x + space.reach < start
+                || plate.low.y - space.reach > top.y
+                || plate.high.y + space.reach < space.low.y
+                || plate.low.z - space.reach > top.z;
+            if !beyond {
+                self.count_crossings(face, plate, space);
+                self.list(face, plate, space);
+            }
+        }
+        // From changes along each column to numbers.
+        for column in self.winding.chunks_exact_mut(deep.max(1)) {
+            let mut sum = 0i8;
+            for value in column {
+                sum = sum.wrapping_add(*value);
+                *value = sum;
+            }
+        }
+        self.starts.clear();
+        self.starts.resize(cells + 1, 0);
+        for &(cell, _) in &self.pairs {
+            self.starts[cell as usize] += 1;
+        }
+        let mut sum = 0;
+        for start in &mut self.starts {
+            sum += *start;
+            *start = sum;
+        }
+        self.faces.clear();
+        self.faces.resize(self.pairs.len(), 0);
+        for &(cell, face) in self.pairs.iter().rev() {
+            let place = &mut self.starts[cell as usize];
+            *place -= 1;
+            self.faces[*place as usize] = face;
+        }
+    }
+
+    /// Where the columns through the middles of the cells, along the third axis, pass a face. Seen along it, the sides of
+    /// the edges are told by the same numbers for both faces at an edge, so that no column slips through between them.
+    fn count_crossings(&mut self, face: u32, plate: &Plate, space: &Space<'_>) {
+        let corners = space.faces[face as usize];
+        let [across, deep] = [space.counts[1], space.counts[2]];
+        let first = |low: f64, from: f64| ((low - from) / EDGE - 0.5).ceil().max(0.0) as usize;
+        let last = |high: f64, from: f64, count: usize| ((high - from) / EDGE + 0.5).floor().clamp(0.0, count as f64) as usize;
+        let begin = first(plate.low.x, space.low.x).max(space.layers[0]);
+        let end = last(plate.high.x, space.low.x, space.layers[1]);
+        for layer in begin..end {
+            let px = space.low.x + EDGE * (layer as f64 + 0.5);
+            for row in first(plate.low.y, space.low.y)..last(plate.high.y, space.low.y, across) {
+                let py = space.low.y + EDGE * (row as f64 + 0.5);
+                let side = |u: u32, v: u32| {
+                    let [a, b] = [u.min(v), u.max(v)].map(|vertex| space.x[vertex as usize]);
+                    let positive = (b.x - a.x) * (py - a.y) - (b.y - a.y) * (px - a.x) >= 0.0;
+                    positive == (u < v)
+                };
+                let sides = [0, 1, 2].map(|i| side(corners[i], corners[(i + 1) % 3]));
+                if sides[0] != sides[1] || sides[1] != sides[2] {
+                    continue;
+                }
+                let n = plate.normal;
+                let a = space.x[corners[0] as usize];
+                let z = if n.z == 0.0 { a.z } else { a.z - (n.x * (px - a.x) + n.y * (py - a.y)) / n.z };
+                let cell = first(z, space.low.z);
+                if cell < deep {
+                    let column = (layer - space.layers[0]) * across + row;
+                    let change = &mut self.winding[column * deep + cell];
+                    // A face that is passed from outside has its normal against the way.
+                    *change = change.wrapping_add(if sides[0] { -1 } else { 1 });
+                }
+            }
+        }
+    }
+
+    /// Adds a face to the cells that it comes near.
+    fn list(&mut self, face: u32, plate: &Plate, space: &Space<'_>) {
+        let range = |axis: usize, from: usize, to: usize| {
+            let place = |x: f64| (x - space.low[axis]) / EDGE;
+            let first = place(plate.low[axis] - space.reach).floor().clamp(from as f64, to as f64) as usize;
+            let end = (place(plate.high[axis] + space.reach).floor() + 1.0).clamp(from as f64, to as f64) as usize;
+            first..end
+        };
+        let half = 0.5 * EDGE + space.reach;
+        let spread = half * (plate.normal.x.abs() + plate.normal.y.abs() + plate.normal.z.abs());
+        let [across, deep] = [space.counts[1], space.counts[2]];
+        for layer in range(0, space.layers[0], space.layers[1]) {
+            for row in range(1, 0, across) {
+                let middle = space.low + EDGE * Vec3::new(layer as f64 + 0.5, row as f64 + 0.5, 0.5);
+                let mut height = plate.normal.dot(middle) - plate.offset;
+                let depths = range(2, 0, deep);
+                height += EDGE * plate.normal.z * depths.start as f64;
+                let column = ((layer - space.layers[0]) * across + row) * deep;
+                for depth in depths {
+                    if height.abs() <= spread + 1e-9 {
+                        self.pairs.push(((column + depth) as u32, face));
+                    }
+                    height += EDGE * plate.normal.z;
+                }
+            }
+        }
+    }
+}
+
+/// Whether the way between two points on different sides of a face's plane goes through the face. Both faces at an edge judge
+/// by the same number, so that no way slips through between them.
+fn crosses(from: Vec3, to: Vec3, corners: [u32; 3], x: &[Vec3]) -> bool {
+    let way = to - from;
+    let side = |u: u32, v: u32| {
+        let [a, b] = [u.min(v), u.max(v)].map(|vertex| x[vertex as usize] - from);
+        (way.dot(a.cross(b)) >= 0.0) == (u < v)
+    };
+    let first = side(corners[0], corners[1]);
+    first == side(corners[1], corners[2]) && first == side(corners[2], corners[0])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cells, Standing};
+    use modiste_core::shapes::{icosphere, torus};
+    use modiste_core::{Mesh, Topology, TriangleBvh, Vec3, normal, seeded_rng, winding_number_exact};
+    use std::sync::Arc;
+
+    /// Two balls that have sunk into each other, and a ring.
+    fn shapes() -> Vec<Mesh> {
+        let ball = icosphere(4);
+        let n = ball.vertices.len() as u32;
+        let faces = ball.topology.faces().iter().copied();
+        let two = faces.clone().chain(faces.map(|face| face.map(|vertex| vertex + n))).collect();
+        let x: Vec<Vec3> = ball
+            .vertices
+            .iter()
+            .map(|v| 0.07 * *v)
+            .chain(ball.vertices.iter().map(|v| 0.05 * *v + Vec3::new(0.06, 0.013, 0.0)))
+            .collect();
+        let mut ring = torus(0.08, 0.03, 40, 20);
+        ring.vertices.iter_mut().for_each(|v| *v += Vec3::new(0.1, 0.2, 0.3));
+        vec![Mesh { topology: Arc::new(Topology::new(x.len(), two).unwrap()), vertices: x }, ring]
+    }
+
+    #[test]
+    fn cells_say_what_winding_numbers_and_distances_say() {
+        let (gap, reach) = (0.0012, 0.0013);
+        let mut rng = seeded_rng(21);
+        for mesh in shapes() {
+            let x = &mesh.vertices;
+            let tree = TriangleBvh::new(&mesh.topology, x);
+            let (low, high) = tree.bounds().unwrap();
+            let mut cells = Cells::default();
+            cells.build(&mesh.topology, x, (low - 0.01, high + 0.01), reach);
+            let mut seen = [0; 3];
+            for index in 0..6000 {
+                let vertex = x[index * 7 % x.len()];
+                let spread = if index % 2 == 0 { 0.002 } else { 0.03 };
+                let p = vertex + spread * Vec3::new(normal(&mut rng), normal(&mut rng), normal(&mut rng));
+                let inside = winding_number_exact(&mesh.topology, x, p) > 0.5;
+                let at = tree.closest_point(x, p, f64::INFINITY).unwrap();
+                match cells.standing(p, gap) {
+                    Standing::Clear => {
+                        assert!(!inside && at.distance > gap, "{p}");
+                        seen[0] += 1;
+                    }
+                    Standing::Near(found) => {
+                        assert!(!inside && (found.distance - at.distance).abs() < 1e-12, "{p}");
+                        seen[1] += 1;
+                    }
+                    Standing::Inside(found, sure) => {
+                        assert!(inside, "{p}");
+                        assert!(!sure || (found.unwrap().distance - at.distance).abs() < 1e-12, "{p}");
+                        seen[2] += 1;
+                    }
+                    Standing::Unknown => panic!("{p} is not in the cells"),
+                }
+                assert_eq!(cells.is_inside(p), Some(inside), "{p}");
+                assert!(!cells.is_far_outside(p) || !inside);
+            }
+            assert!(seen.iter().all(|&count| count > 300), "{seen:?}");
+        }
+    }
+
+    #[test]
+    fn without_points_near_the_skin_there_are_no_cells() {
+        let ball = icosphere(2);
+        let mut cells = Cells::default();
+        cells.build(&ball.topology, &ball.vertices, (Vec3::splat(5.0), Vec3::splat(6.0)), 0.001);
+        assert_eq!(cells.standing(Vec3::splat(5.5), 0.001), Standing::Clear);
+        assert_eq!(cells.standing(Vec3::ZERO, 0.001), Standing::Unknown);
+    }
+}
