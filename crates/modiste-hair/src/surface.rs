@@ -199,9 +199,9 @@ impl Surface {
     }
 
     /// The vertex nearest to a point, as the nearest corner of the nearest face, with its unit normal, if the surface is no
-    /// further than `reach` (m) and the point does not look past its rim.
-    pub fn nearest_vertex(&self, p: Vec3, reach: f64) -> Option<(u32, Vec3)> {
-        let at = self.tree.closest_point(&self.x, p, reach)?;
+    /// further than `reach` (m) and the point does not look past its rim. `likely` is a face to try first.
+    pub fn nearest_vertex(&self, p: Vec3, reach: f64, likely: u32) -> Option<(u32, Vec3)> {
+        let at = self.tree.closest_point_near(&self.x, p, reach, Some(likely))?;
         let face = self.topology.faces()[at.face as usize];
         let away = |vertex: u32| self.x[vertex as usize].distance_squared(p);
         let vertex = face.into_iter().min_by(|&a, &b| away(a).total_cmp(&away(b)))?;

@@ -149,7 +149,7 @@ impl WornHair {
         self.finish.look_around(&self.surface, bounds(&looked_at).unwrap_or_default());
         // What lies in free space does not come inside by the little that the rest is moved.
         let cells = self.finish.skin();
-        let pairs = self.subspace.nearest_vertices(&looked_at, &self.surface, |p| !cells.is_far_outside(p));
+        let pairs = self.subspace.nearest_vertices(&looked_at, &self.surface, |p| cells.face_near(p));
         let solved = solve(&self.subspace, &y0, &pairs, &wanted, &self.options)?;
         times.inside_before = solved.inside.first().copied().unwrap_or(0);
         let y = solved.rounds.last().unwrap_or(&y0);
@@ -157,8 +157,12 @@ impl WornHair {
 
         let start = Instant::now();
         self.model.expansion().expand(y, &mut self.numbers);
-        self.still.par_chunks_mut(POINTS).zip(self.numbers.par_chunks(3 * POINTS)).zip(&roots).with_min_len(64).for_each(
-            |((points, numbers), root)| {
+        self.still
+            .par_chunks_mut(POINTS)
+            .zip(self.numbers.par_chunks(3 * POINTS))
+            .zip(&roots)
+            .with_min_len(64)
+            .for_each(|((points, numbers), root)| {
                 let at =
                     |i: usize| Vec3::new(f64::from(numbers[i]), f64::from(numbers[i + 1]), f64::from(numbers[i + 2]));
                 // The components lose a little of the roots, and heads differ: each guide starts where its root is.
@@ -166,8 +170,7 @@ impl WornHair {
                 for (index, point) in points.iter_mut().enumerate() {
                     *point = at(3 * index) + off;
                 }
-            },
-        );
+            });
         times.reconstruction = start.elapsed();
 
         let start = Instant::now();

@@ -170,7 +170,7 @@ fn hair_is_learned_saved_and_worn_by_other_bodies() {
             worn.step(&pose, &vertices, &[]).unwrap();
             let after = lies(worn.points(), worn.points()[0]);
             let moved = before.iter().zip(&after).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
-            assert!(moved < 0.1, "{moved} m");
+            assert!(moved < 0.2, "{moved} m");
         }
         let styled = Factors::new(0.5, 0.5);
         assert!(WornHair::new(&model, &tall, styled).unwrap_err().to_string().contains("the only one"));

@@ -225,7 +225,8 @@ fn moments(scene: &Scene) -> Result<Vec<Moment>> {
         let y0 = dynamics.step(frame, &scene.model.bust_coefficients(&canonical)).to_vec();
         if index % STRIDE == 0 {
             let canonical_from_hair = scene.model.space().pose(&canonical);
-            let world_from_hair = Affine3::from_mat3_translation(frame.rotation(), frame.position) * canonical_from_hair;
+            let world_from_hair =
+                Affine3::from_mat3_translation(frame.rotation(), frame.position) * canonical_from_hair;
             let into_hair = world_from_hair.inverse();
             let x = bust.gather(&vertices).into_iter().map(|p| into_hair.transform_point3(p)).collect();
             let topology = scene.body.model().topology();

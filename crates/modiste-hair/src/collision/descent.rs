@@ -89,6 +89,7 @@ fn energy(
     }
     let square = descent.sigma * descent.sigma;
     let weight = options.penetration * options.every as f64;
+    let mut along = vec![0.0; y.len()];
     for pair in correspondences {
         let depth = pair.normal.dot(subspace.position(pair.point, y) - pair.at) - options.margin;
         if depth >= 0.0 {
@@ -97,8 +98,9 @@ fn energy(
         let spread = square + depth * depth;
         sum += weight * square * depth * depth / spread;
         let slope = weight * square * 2.0 * depth * square / (spread * spread);
-        for (value, a) in gradient.iter_mut().zip(subspace.along(pair.point, pair.normal)) {
-            *value += slope * f64::from(a);
+        subspace.along(pair.point, pair.normal, &mut along);
+        for (value, a) in gradient.iter_mut().zip(&along) {
+            *value += slope * a;
         }
     }
     sum

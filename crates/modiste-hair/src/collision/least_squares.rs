@@ -3,7 +3,6 @@
 use modiste_core::{Matrix, Vec3, solve_spd};
 use rayon::prelude::*;
 
-use super::subspace::add_outer;
 use super::{CollisionOptions, Correspondence, Subspace};
 use crate::HairError;
 
@@ -39,30 +38,36 @@ pub fn solve(
     // Normal equations of the points that are inside; from round to round, few come and go.
     let mut gram = Matrix::zeros(d, d);
     let mut right: Vec<f64> = (0..d).map(|k| prior * y0[k] + options.roots * root_right[k]).collect();
-    let mut counted: Vec<Option<Vec<f32>>> = vec![None; correspondences.len()];
+    let mut counted = vec![false; correspondences.len()];
     for _ in 0..options.rounds {
         let depths: Vec<f64> = correspondences
             .par_iter()
             .with_min_len(64)
             .map(|pair| pair.normal.dot(subspace.position(pair.point, &y) - pair.at) - options.margin)
             .collect();
-        for ((pair, counted), &depth) in correspondences.iter().zip(&mut counted).zip(&depths) {
-            let (along, weight) = match (depth < 0.0, counted.take()) {
-                (true, Some(along)) => {
-                    *counted = Some(along);
-                    continue;
-                }
-                (true, None) => (subspace.along(pair.point, pair.normal), weight),
-                (false, Some(along)) => (along, -weight),
-                (false, None) => continue,
-            };
-            // n · (Q y + μ − b) − margin = along · y + constant
-            let constant = depth - along.iter().zip(&y).map(|(a, y)| f64::from(*a) * y).sum::<f64>();
-            add_outer(&mut gram, &along, weight);
-            for (value, &a) in right.iter_mut().zip(&along) {
-                *value -= weight * constant * f64::from(a);
+        for comes in [true, false] {
+            let changed: Vec<usize> =
+                (0..depths.len()).filter(|&i| (depths[i] < 0.0) == comes && counted[i] != comes).collect();
+            if changed.is_empty() {
+                continue;
             }
-            *counted = (depth < 0.0).then_some(along);
+            let mut rows = Matrix::zeros(changed.len(), d);
+            rows.data.par_chunks_mut(d).zip(&changed).with_min_len(64).for_each(|(row, &index)| {
+                let pair = &correspondences[index];
+                subspace.along(pair.point, pair.normal, row);
+            });
+            let weight = if comes { weight } else { -weight };
+            for (entry, more) in gram.data.iter_mut().zip(&rows.transpose_matmul(&rows).data) {
+                *entry += weight * more;
+            }
+            for (row, &index) in rows.data.chunks_exact(d).zip(&changed) {
+                // n · (Q y + μ − b) − margin = row · y + constant
+                let constant = depths[index] - row.iter().zip(&y).map(|(a, y)| a * y).sum::<f64>();
+                for (value, &a) in right.iter_mut().zip(row) {
+                    *value -= weight * constant * a;
+                }
+                counted[index] = comes;
+            }
         }
         let inside = depths.iter().filter(|depth| **depth < 0.0).count();
         report.inside.push(inside);
@@ -70,12 +75,10 @@ pub fn solve(
             report.rounds.push(y.clone());
             break;
         }
-        let mut matrix = Matrix::zeros(d, d);
+        let mut matrix = gram.clone();
         for i in 0..d {
-            for j in 0..=i {
-                let entry = gram[(i, j)] + options.roots * root_gram[(i, j)];
-                matrix[(i, j)] = entry;
-                matrix[(j, i)] = entry;
+            for j in 0..d {
+                matrix[(i, j)] += options.roots * root_gram[(i.max(j), i.min(j))];
             }
             matrix[(i, i)] += prior;
         }

@@ -66,7 +66,7 @@ impl CoefficientDeviation {
 pub fn penetration_by_vertices(points: &[Vec3], surface: &Surface) -> Penetration {
     let points = points.par_iter().enumerate().filter(|(index, _)| index % POINTS != 0);
     Penetration::of_distances(points.map(|(_, &p)| {
-        let (vertex, normal) = surface.nearest_vertex(p, REACH)?;
+        let (vertex, normal) = surface.nearest_vertex(p, REACH, u32::MAX)?;
         Some(normal.dot(p - surface.vertices()[vertex as usize]))
     }))
 }

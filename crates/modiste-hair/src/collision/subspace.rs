@@ -73,7 +73,8 @@ impl Subspace {
         };
         let square = |row: &[i8]| row.iter().map(|&q| f64::from(q).powi(2)).sum::<f64>();
         let squares = basis.values().chunks_exact(n.max(1)).zip(basis.scales());
-        let size = squares.map(|(row, &scale)| f64::from(scale).powi(2) * square(row)).sum::<f64>() / count.max(1) as f64;
+        let size =
+            squares.map(|(row, &scale)| f64::from(scale).powi(2) * square(row)).sum::<f64>() / count.max(1) as f64;
         let (point_mean, rows) = gather(&points);
         let (root_mean, root_rows) = gather(&roots);
         let mut root_gram = Matrix::zeros(count, count);
@@ -117,12 +118,13 @@ impl Subspace {
     }
 
     /// `Q_iᵀ n`: how the distance of a point along a normal follows from the coefficients.
-    pub(super) fn along(&self, point: usize, normal: Vec3) -> Vec<f32> {
+    pub(super) fn along(&self, point: usize, normal: Vec3, out: &mut [f64]) {
         let rows = &self.rows[3 * point * self.count..][..3 * self.count];
-        let n = normal.to_array().map(|x| x as f32);
-        (0..self.count)
-            .map(|k| n[0] * rows[k] + n[1] * rows[self.count + k] + n[2] * rows[2 * self.count + k])
-            .collect()
+        let (x, rest) = rows.split_at(self.count);
+        let (y, z) = rest.split_at(self.count);
+        for (k, value) in out.iter_mut().enumerate() {
+            *value = normal.x * f64::from(x[k]) + normal.y * f64::from(y[k]) + normal.z * f64::from(z[k]);
+        }
     }
 
     /// Mean square length of the components over all points, by which distances of coefficients are those of points.
@@ -137,10 +139,10 @@ impl Subspace {
 
     /// The nearest vertex of a surface to each point that is near it, at coefficients `y`.
     pub fn correspondences(&self, y: &[f64], surface: &Surface) -> Vec<Correspondence> {
-        self.nearest_vertices(&self.positions(y), surface, |_| true)
+        self.nearest_vertices(&self.positions(y), surface, |_| Some(u32::MAX))
     }
 
-    /// The same for points at known places (m), of those that are wanted.
+    /// The same for points at known places (m), of those that `likely` gives a face to try first for.
     ///
     /// Found as the nearest corner of the nearest face, which is exact but for needles of faces. Points that look past the
     /// rim of the surface have none.
@@ -148,15 +150,14 @@ impl Subspace {
         &self,
         positions: &[Vec3],
         surface: &Surface,
-        wanted: impl Fn(Vec3) -> bool + Sync,
+        likely: impl Fn(Vec3) -> Option<u32> + Sync,
     ) -> Vec<Correspondence> {
         positions
             .par_iter()
             .enumerate()
             .with_min_len(64)
-            .filter(|(_, p)| wanted(**p))
             .filter_map(|(point, &p)| {
-                let (vertex, normal) = surface.nearest_vertex(p, REACH)?;
+                let (vertex, normal) = surface.nearest_vertex(p, REACH, likely(p)?)?;
                 Some(Correspondence { point, at: surface.vertices()[vertex as usize], normal })
             })
             .collect()
@@ -195,7 +196,7 @@ impl Subspace {
 }
 
 /// Adds `weight * v vᵀ` to the lower triangle and the diagonal.
-pub(super) fn add_outer(matrix: &mut Matrix, v: &[f32], weight: f64) {
+fn add_outer(matrix: &mut Matrix, v: &[f32], weight: f64) {
     for i in 0..v.len() {
         let scaled = weight * f64::from(v[i]);
         for (entry, &other) in matrix.row_mut(i)[..=i].iter_mut().zip(v) {

@@ -5,6 +5,8 @@
 //! face that it crosses changes the number by one. So every point has its exact winding number, also where an arm has sunk
 //! into the chest, for the price of a few planes.
 
+use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
+
 use modiste_core::{SurfacePoint, Vec3, closest_point_on_triangle};
 use rayon::prelude::*;
 
@@ -17,12 +19,16 @@ const MOST: usize = 250;
 /// Layers across the first axis that are made together, each by one thread.
 const LAYERS: usize = 8;
 
-/// A face as cells see it.
+/// The plane of a face: unit normal, and its distance from the origin along it (m).
 #[derive(Debug, Clone, Copy)]
 struct Plate {
-    /// Unit normal, and the distance of the plane from the origin along it (m).
     normal: Vec3,
     offset: f64,
+}
+
+/// The box of a face (m).
+#[derive(Debug, Clone, Copy)]
+struct Extent {
     low: Vec3,
     high: Vec3,
 }
@@ -30,12 +36,15 @@ struct Plate {
 /// Some layers of cells.
 #[derive(Debug, Clone, Default)]
 struct Slab {
+    /// Whether each cell is outside and touches no part of the skin.
+    free: Vec<bool>,
     /// Winding number of the skin around the middle of each cell.
     winding: Vec<i8>,
     /// Faces near cell `c` are `faces[starts[c]..starts[c + 1]]`.
     starts: Vec<u32>,
     faces: Vec<u32>,
-    /// Cell and face, before they are sorted.
+    /// Faces that come near the slab, and pairs of cell and face before they are sorted.
+    all: Vec<u32>,
     pairs: Vec<(u32, u32)>,
 }
 
@@ -49,8 +58,20 @@ pub(crate) struct Cells {
     reach: f64,
     x: Vec<Vec3>,
     plates: Vec<Plate>,
+    extents: Vec<Extent>,
     slabs: Vec<Slab>,
+    covered: Vec<Covered>,
     closed: Option<Closed>,
+}
+
+/// Whether a face is covered, once that has been asked: 0 not yet, 1 no, 2 yes. Whoever asks first finds the same.
+#[derive(Debug, Default)]
+struct Covered(AtomicU8);
+
+impl Clone for Covered {
+    fn clone(&self) -> Self {
+        Self(AtomicU8::new(self.0.load(Relaxed)))
+    }
 }
 
 /// Where a point is with regard to a skin.
@@ -83,10 +104,11 @@ impl Cells {
         closed.positions(x, &mut self.x);
         self.reach = reach;
         let x = &self.x;
-        closed.faces.par_iter().with_min_len(1024).map(|face| Plate::new(face.map(|v| x[v as usize]))).collect_into_vec(&mut self.plates);
+        let seen = closed.faces.par_iter().with_min_len(1024).map(|face| see(face.map(|vertex| x[vertex as usize])));
+        seen.unzip_into_vecs(&mut self.plates, &mut self.extents);
         let zero = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let (skin_low, skin_high) =
-            self.plates.iter().fold(zero, |(low, high), plate| (low.min(plate.low), high.max(plate.high)));
+            self.extents.iter().fold(zero, |(low, high), extent| (low.min(extent.low), high.max(extent.high)));
         self.skin = (skin_low - 2.0 * reach, skin_high + 2.0 * reach);
         self.low = low.max(self.skin.0);
         let size = ((high.min(self.skin.1) - self.low) / EDGE).ceil();
@@ -94,13 +116,41 @@ impl Cells {
         if self.counts.contains(&0) {
             self.counts = [0; 3];
         }
-        self.slabs.resize_with(self.counts[0].div_ceil(LAYERS), Slab::default);
-        let (low, counts, plates) = (self.low, self.counts, &self.plates);
+        let count = self.counts[0].div_ceil(LAYERS);
+        self.slabs.resize_with(count, Slab::default);
+        self.slabs.iter_mut().for_each(|slab| slab.all.clear());
+        let top = self.low + EDGE * Vec3::from_array(self.counts.map(|n| n as f64));
+        for (face, extent) in (0u32..).zip(&self.extents) {
+            let beyond = extent.low.y - reach > top.y
+                || extent.high.y + reach < self.low.y
+                || extent.low.z - reach > top.z
+                || extent.low.x - reach > top.x
+                || extent.high.x + reach < self.low.x;
+            if !beyond {
+                let slab = |x: f64| ((x - self.low.x) / (EDGE * LAYERS as f64)).clamp(0.0, count as f64) as usize;
+                let last = slab(extent.high.x + reach).min(count - 1);
+                for slab in &mut self.slabs[slab(extent.low.x - reach)..=last] {
+                    slab.all.push(face);
+                }
+            }
+        }
+        let (low, counts, plates, extents) = (self.low, self.counts, &self.plates, &self.extents);
         self.slabs.par_iter_mut().enumerate().for_each(|(index, slab)| {
             let layers = [index * LAYERS, ((index + 1) * LAYERS).min(counts[0])];
-            slab.fill(&Space { low, counts, layers, reach, x, plates, faces: &closed.faces });
+            slab.fill(&Space { low, counts, layers, reach, x, plates, extents, faces: &closed.faces });
         });
+        self.covered.clear();
+        self.covered.resize_with(closed.own, Covered::default);
         self.closed = Some(closed);
+    }
+
+    /// Whether a point is clear of the skin at the first glance, as nearly all are.
+    #[inline]
+    pub(crate) fn is_free(&self, p: Vec3) -> bool {
+        self.cell(p).is_some_and(|cell| {
+            let (slab, index) = self.place(cell);
+            slab.free[index]
+        })
     }
 
     /// Where a point stands; `gap` (m) is at most the reach that the cells were made with.
@@ -160,11 +210,15 @@ impl Cells {
         change
     }
 
-    /// Whether a point lies in a cell that holds or touches no part of the skin and lies outside.
-    pub(crate) fn is_far_outside(&self, p: Vec3) -> bool {
-        let Some(cell) = self.cell(p) else { return false };
+    /// A face that is likely to be near a point; `None` if it lies in a cell that is outside and touches no part of the skin.
+    /// Where no face is known, the result is `u32::MAX`.
+    pub(crate) fn face_near(&self, p: Vec3) -> Option<u32> {
+        let Some(cell) = self.cell(p) else { return Some(u32::MAX) };
         let (slab, index) = self.place(cell);
-        slab.winding[index] <= 0 && slab.faces_of(index).is_empty()
+        match slab.faces_of(index) {
+            [] if slab.winding[index] <= 0 => None,
+            faces => Some(faces.first().copied().unwrap_or(u32::MAX)),
+        }
     }
 
     fn corner(&self, cell: [usize; 3]) -> Vec3 {
@@ -183,6 +237,23 @@ impl Cells {
         (&self.slabs[cell[0] / LAYERS], index)
     }
 
+    /// Whether a face lies in another part with its corners and its middle, each seen from a little `above` it (m).
+    pub(crate) fn is_covered(&self, face: u32, above: f64) -> bool {
+        let (Some(closed), Some(seen)) = (&self.closed, self.covered.get(face as usize)) else { return false };
+        match seen.0.load(Relaxed) {
+            0 => {
+                let corners = closed.faces[face as usize].map(|vertex| self.x[vertex as usize]);
+                let lift = above * self.normal(face);
+                let middle = corners.iter().sum::<Vec3>() / 3.0;
+                let is_covered = |p: &Vec3| self.is_inside(*p + lift) == Some(true);
+                let covered = is_covered(&middle) && corners.iter().all(is_covered);
+                seen.0.store(if covered { 2 } else { 1 }, Relaxed);
+                covered
+            }
+            known => known == 2,
+        }
+    }
+
     /// Unit normal of a face.
     pub(crate) fn normal(&self, face: u32) -> Vec3 {
         self.plates[face as usize].normal
@@ -195,8 +266,11 @@ impl Cells {
         for &face in faces.iter().filter(|&&face| (face as usize) < closed.own) {
             let plate = &self.plates[face as usize];
             let above = plate.normal.dot(p) - plate.offset;
-            let beyond = (plate.low - p).max(p - plate.high).max(Vec3::ZERO);
-            if above * above >= least || beyond.length_squared() >= least {
+            if above * above >= least {
+                continue;
+            }
+            let extent = &self.extents[face as usize];
+            if (extent.low - p).max(p - extent.high).max(Vec3::ZERO).length_squared() >= least {
                 continue;
             }
             let triangle = closed.faces[face as usize].map(|vertex| self.x[vertex as usize]);
@@ -211,11 +285,9 @@ impl Cells {
     }
 }
 
-impl Plate {
-    fn new([a, b, c]: [Vec3; 3]) -> Self {
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        Self { normal, offset: normal.dot(a), low: a.min(b).min(c), high: a.max(b).max(c) }
-    }
+fn see([a, b, c]: [Vec3; 3]) -> (Plate, Extent) {
+    let normal = (b - a).cross(c - a).normalize_or_zero();
+    (Plate { normal, offset: normal.dot(a) }, Extent { low: a.min(b).min(c), high: a.max(b).max(c) })
 }
 
 /// What a slab is made from.
@@ -227,6 +299,7 @@ struct Space<'a> {
     reach: f64,
     x: &'a [Vec3],
     plates: &'a [Plate],
+    extents: &'a [Extent],
     faces: &'a [[u32; 3]],
 }
 
@@ -261,19 +334,10 @@ impl Slab {
         self.winding.clear();
         self.winding.resize(cells, 0);
         self.pairs.clear();
-        let start = space.low.x + EDGE * space.layers[0] as f64;
-        let end = space.low.x + EDGE * space.layers[1] as f64;
-        let top = space.low + EDGE * Vec3::from_array(space.counts.map(|n| n as f64));
-        for (face, plate) in (0u32..).zip(space.plates) {
-            let beyond = plate.low.x - space.reach > end
-                || plate.high.x + space.reach < start
-                || plate.low.y - space.reach > top.y
-                || plate.high.y + space.reach < space.low.y
-                || plate.low.z - space.reach > top.z;
-            if !beyond {
-                self.count_crossings(face, plate, space);
-                self.list(face, plate, space);
-            }
+        for face in std::mem::take(&mut self.all) {
+            let (plate, extent) = (&space.plates[face as usize], &space.extents[face as usize]);
+            self.count_crossings(face, plate, extent, space);
+            self.list(face, plate, extent, space);
         }
         // From changes along each column to numbers.
         for column in self.winding.chunks_exact_mut(deep.max(1)) {
@@ -300,20 +364,24 @@ impl Slab {
             *place -= 1;
             self.faces[*place as usize] = face;
         }
+        self.free.clear();
+        let empty = self.starts.windows(2).map(|ends| ends[0] == ends[1]);
+        self.free.extend(self.winding.iter().zip(empty).map(|(winding, empty)| *winding <= 0 && empty));
     }
 
     /// Where the columns through the middles of the cells, along the third axis, pass a face. Seen along it, the sides of
     /// the edges are told by the same numbers for both faces at an edge, so that no column slips through between them.
-    fn count_crossings(&mut self, face: u32, plate: &Plate, space: &Space<'_>) {
+    fn count_crossings(&mut self, face: u32, plate: &Plate, extent: &Extent, space: &Space<'_>) {
         let corners = space.faces[face as usize];
         let [across, deep] = [space.counts[1], space.counts[2]];
         let first = |low: f64, from: f64| ((low - from) / EDGE - 0.5).ceil().max(0.0) as usize;
-        let last = |high: f64, from: f64, count: usize| ((high - from) / EDGE + 0.5).floor().clamp(0.0, count as f64) as usize;
-        let begin = first(plate.low.x, space.low.x).max(space.layers[0]);
-        let end = last(plate.high.x, space.low.x, space.layers[1]);
+        let last =
+            |high: f64, from: f64, count: usize| ((high - from) / EDGE + 0.5).floor().clamp(0.0, count as f64) as usize;
+        let begin = first(extent.low.x, space.low.x).max(space.layers[0]);
+        let end = last(extent.high.x, space.low.x, space.layers[1]);
         for layer in begin..end {
             let px = space.low.x + EDGE * (layer as f64 + 0.5);
-            for row in first(plate.low.y, space.low.y)..last(plate.high.y, space.low.y, across) {
+            for row in first(extent.low.y, space.low.y)..last(extent.high.y, space.low.y, across) {
                 let py = space.low.y + EDGE * (row as f64 + 0.5);
                 let side = |u: u32, v: u32| {
                     let [a, b] = [u.min(v), u.max(v)].map(|vertex| space.x[vertex as usize]);
@@ -339,11 +407,11 @@ impl Slab {
     }
 
     /// Adds a face to the cells that it comes near.
-    fn list(&mut self, face: u32, plate: &Plate, space: &Space<'_>) {
+    fn list(&mut self, face: u32, plate: &Plate, extent: &Extent, space: &Space<'_>) {
         let range = |axis: usize, from: usize, to: usize| {
             let place = |x: f64| (x - space.low[axis]) / EDGE;
-            let first = place(plate.low[axis] - space.reach).floor().clamp(from as f64, to as f64) as usize;
-            let end = (place(plate.high[axis] + space.reach).floor() + 1.0).clamp(from as f64, to as f64) as usize;
+            let first = place(extent.low[axis] - space.reach).floor().clamp(from as f64, to as f64) as usize;
+            let end = (place(extent.high[axis] + space.reach).floor() + 1.0).clamp(from as f64, to as f64) as usize;
             first..end
         };
         let half = 0.5 * EDGE + space.reach;
@@ -437,7 +505,8 @@ mod tests {
                     Standing::Unknown => panic!("{p} is not in the cells"),
                 }
                 assert_eq!(cells.is_inside(p), Some(inside), "{p}");
-                assert!(!cells.is_far_outside(p) || !inside);
+                assert!(cells.face_near(p).is_some() || !inside);
+                assert!(!cells.is_free(p) || (!inside && at.distance > gap), "{p}");
             }
             assert!(seen.iter().all(|&count| count > 300), "{seen:?}");
         }

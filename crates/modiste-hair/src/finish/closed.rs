@@ -55,7 +55,8 @@ mod tests {
     #[test]
     fn a_ball_with_two_holes_is_closed_again() {
         let ball = icosphere(3);
-        let faces = ball.topology.faces().iter().filter(|face| face.iter().all(|&v| ball.vertices[v as usize].y.abs() < 0.8));
+        let faces =
+            ball.topology.faces().iter().filter(|face| face.iter().all(|&v| ball.vertices[v as usize].y.abs() < 0.8));
         let open = Arc::new(Topology::new(ball.vertices.len(), faces.copied().collect()).unwrap());
         let closed = Closed::new(&open);
         let mut x = Vec::new();

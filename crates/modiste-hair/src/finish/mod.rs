@@ -19,9 +19,9 @@ pub const GAP: f64 = 0.0008;
 /// does not bring them back.
 const DOUBT: f64 = 0.0002;
 /// Rounds that a point gets: a fold leads from one face into another, cloth into skin and skin into cloth.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 4;
 /// Space around the points that is looked at too (m): where they may be moved to.
-const AROUND: f64 = 0.03;
+const AROUND: f64 = 0.05;
 
 /// Lets points out of the skin and of what is worn over it.
 ///
@@ -36,6 +36,8 @@ pub struct Finish {
     memory: Vec<Memory>,
     /// Points of the frame before (m).
     before: Vec<Vec3>,
+    /// The face that each point last left the skin by.
+    left: Vec<u32>,
 }
 
 /// Counts of a pass.
@@ -86,6 +88,7 @@ impl Finish {
             self.sheets = vec![Sheet::default(); clothes.len()];
             self.memory = vec![Memory::default(); points.len() * clothes.len().max(1)];
             self.before = points.to_vec();
+            self.left = vec![0; points.len()];
         }
         if !clothes.is_empty() {
             let (low, high) = bounds(points).unwrap_or((Vec3::ZERO, Vec3::ZERO));
@@ -93,15 +96,16 @@ impl Finish {
                 sheet.prepare(cloth, (low - AROUND, high + AROUND));
             }
         }
-        let Self { skin: cells, sheets, memory, before } = self;
+        let Self { skin: cells, sheets, memory, before, left } = self;
         let pass = Pass { cells, skin, sheets, clothes };
         points
             .par_chunks_mut(POINTS)
             .zip(before.par_chunks_mut(POINTS))
+            .zip(left.par_chunks_mut(POINTS))
             .zip(memory.par_chunks_mut(POINTS * clothes.len().max(1)))
             .with_min_len(16)
-            .map(|((strand, before), memory)| {
-                let report = pass.let_out(strand, before, memory);
+            .map(|(((strand, before), left), memory)| {
+                let report = pass.let_out(strand, before, left, memory);
                 before.copy_from_slice(strand);
                 report
             })
@@ -118,13 +122,17 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    fn let_out(&self, strand: &mut [Vec3], before: &[Vec3], memory: &mut [Memory]) -> FinishReport {
+    fn let_out(&self, strand: &mut [Vec3], before: &[Vec3], left: &mut [u32], memory: &mut [Memory]) -> FinishReport {
         let mut report = FinishReport::default();
         let mut last = None;
         for index in 1..strand.len() {
             let memory = &mut memory[index * self.sheets.len()..][..self.sheets.len()];
             let start = strand[index];
-            let (end, asked) = self.way_out(start, before[index], memory);
+            if self.sheets.is_empty() && self.cells.is_free(start) {
+                last = Some(start);
+                continue;
+            }
+            let (end, asked) = self.way_out(start, before[index], &mut left[index], memory);
             report.asked += usize::from(asked);
             let point = end.or(last).unwrap_or(start);
             report.lost += usize::from(end.is_none());
@@ -136,14 +144,14 @@ impl Pass<'_> {
     }
 
     /// Where a point ends, if it finds its way out, and whether triangles were looked for.
-    fn way_out(&self, start: Vec3, before: Vec3, memory: &mut [Memory]) -> (Option<Vec3>, bool) {
+    fn way_out(&self, start: Vec3, before: Vec3, left: &mut u32, memory: &mut [Memory]) -> (Option<Vec3>, bool) {
         let (mut p, mut asked) = (start, false);
         let mut standing = self.cells.standing(p, GAP);
         for round in 0..ROUNDS {
             let mut moved = false;
             if !matches!(standing, Standing::Clear) {
                 asked = true;
-                if let Some(free) = self.out_of_skin(p, standing) {
+                if let Some(free) = self.out_of_skin(p, standing, left) {
                     (p, moved) = (free, true);
                 }
             }
@@ -172,8 +180,8 @@ impl Pass<'_> {
         (outside.then_some(p), asked)
     }
 
-    /// Where a point goes that is inside the skin or too near to it.
-    fn out_of_skin(&self, p: Vec3, standing: Standing) -> Option<Vec3> {
+    /// Where a point goes that is inside the skin or too near to it; `likely` is the face that it left by in the last frame.
+    fn out_of_skin(&self, p: Vec3, standing: Standing, likely: &mut u32) -> Option<Vec3> {
         let beside = |at: &SurfacePoint, way: Vec3| {
             let way = if at.distance > 1e-7 { way / at.distance } else { self.cells.normal(at.face) };
             at.point + (GAP + DOUBT) * way
@@ -185,16 +193,19 @@ impl Pass<'_> {
                 let (tree, x) = (self.skin.tree(), self.skin.vertices());
                 let nearest = match at {
                     Some(at) if sure => at,
-                    _ => tree.closest_point_near(x, p, f64::INFINITY, at.map(|at| at.face))?,
+                    _ => tree.closest_point_near(x, p, f64::INFINITY, Some(at.map_or(*likely, |at| at.face)))?,
                 };
+                *likely = nearest.face;
                 let free = beside(&nearest, nearest.point - p);
                 if !self.is_inside(free) {
                     return Some(free);
                 }
                 // That face is itself inside, where parts have sunk into each other.
                 let place = |face: u32, at: Vec3| at + (GAP + DOUBT) * self.cells.normal(face);
-                let visible = |face: u32, at: Vec3| !self.is_inside(place(face, at));
-                let at = tree.closest_point_where(x, p, f64::INFINITY, None, visible)?;
+                let visible =
+                    |face: u32, at: Vec3| !self.cells.is_covered(face, GAP + DOUBT) && !self.is_inside(place(face, at));
+                let at = tree.closest_point_where(x, p, f64::INFINITY, Some(*likely), visible)?;
+                *likely = at.face;
                 Some(place(at.face, at.point))
             }
             Standing::Unknown => {

@@ -33,13 +33,13 @@ impl Sheet {
             self.before = x.to_vec();
         }
         self.low = low;
-        self.counts =
-            ((high - low) / EDGE).ceil().to_array().map(|n| if n > 0.0 { (n as usize).min(MOST) } else { 0 });
+        self.counts = ((high - low) / EDGE).ceil().to_array().map(|n| if n > 0.0 { (n as usize).min(MOST) } else { 0 });
         self.motion.clear();
         self.motion.resize(self.counts.iter().product(), -1.0);
         for face in surface.topology().faces() {
             let corners = face.map(|vertex| x[vertex as usize]);
-            let moved = face.iter().map(|&v| x[v as usize].distance_squared(self.before[v as usize])).fold(0.0, f64::max);
+            let moved =
+                face.iter().map(|&v| x[v as usize].distance_squared(self.before[v as usize])).fold(0.0, f64::max);
             let moved = (moved.sqrt() as f32).next_up();
             let least = corners[0].min(corners[1]).min(corners[2]) - REACH;
             let most = corners[0].max(corners[1]).max(corners[2]) + REACH;

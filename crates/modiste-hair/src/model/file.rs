@@ -40,7 +40,10 @@ impl HairModel {
         let layout = self.layout();
         let mut header = Header {
             kind: KIND.to_owned(),
-            units: format!("m, rad; hair in {}", if self.plain { "canonical space of the bust" } else { "space of the head" }),
+            units: format!(
+                "m, rad; hair in {}",
+                if self.plain { "canonical space of the bust" } else { "space of the head" }
+            ),
             seed: self.seed,
             sources: provenance.sources.clone(),
             licence: provenance.licence.clone(),

@@ -272,7 +272,13 @@ fn gram(reduced: &[Reduced], layout: Layout, cells: usize, wanted: &dyn Fn(usize
 fn augmented(sequence: &Reduced, cell: usize, t: usize) -> impl Iterator<Item = f64> {
     let hair = &sequence.hair[cell];
     let moves = moves(sequence, t);
-    sequence.inputs[t].iter().chain(&hair[t - 2]).chain(&hair[t - 1]).copied().chain(moves).chain(hair[t].iter().copied())
+    sequence.inputs[t]
+        .iter()
+        .chain(&hair[t - 2])
+        .chain(&hair[t - 1])
+        .copied()
+        .chain(moves)
+        .chain(hair[t].iter().copied())
 }
 
 /// Ridges in the order of how near the model comes to simulated hair with them, running freely through the trial sequences.
