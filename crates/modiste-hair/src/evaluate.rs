@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::HairError;
-use crate::model::{Dynamics, HairModel};
+use crate::model::{BustState, Dynamics, HairModel};
 use crate::training::{Factors, TrainingFolder};
 
 /// Every so many frames, points are compared; the dynamics run through all.
@@ -54,16 +54,15 @@ pub fn evaluate(
     for (index, name) in names.iter().enumerate() {
         let recorded = folder.body(name)?;
         let count = recorded.frames.len();
-        let bust: Vec<Vec<f64>> =
-            recorded.bust.chunks_exact(recorded.bust.len() / count).map(|frame| model.bust_numbers(frame)).collect();
-        let numbers = recorded.bust.chunks_exact(recorded.bust.len() / count);
-        let poses: Vec<Affine3> = numbers.map(|frame| model.space().pose_of_numbers(frame).inverse()).collect();
+        let poses: Vec<Affine3> =
+            recorded.busts().map(|(_, canonical)| model.space().pose(&canonical).inverse()).collect();
+        let busts: Vec<BustState> =
+            recorded.busts().map(|(frame, canonical)| model.bust_state(frame, canonical)).collect();
         for (cell, sums) in folder.recipe().cells.iter().zip(&mut sums) {
             let at = cells.iter().position(|other| other == cell).unwrap_or(0);
             let hair = folder.hair(name, at, count)?;
             let mut dynamics = Dynamics::new(model, Factors::of_cell(cell))?;
-            let predicted: Vec<Vec<f64>> =
-                recorded.frames.iter().zip(&bust).map(|(frame, x)| dynamics.step(*frame, x).to_vec()).collect();
+            let predicted: Vec<Vec<f64>> = busts.iter().map(|bust| dynamics.step(bust).to_vec()).collect();
             let frames: Vec<(usize, &[f32])> =
                 hair.chunks_exact(hair.len() / count).enumerate().step_by(EVERY).collect();
             let more = frames

@@ -27,7 +27,7 @@ pub use evaluate::{CellError, evaluate};
 pub use finish::{Finish, FinishReport, GAP};
 pub use groom::{CLEARANCE, Groom, Style};
 pub use guides::{Guides, POINTS, arc_length, resample};
-pub use scalp::{MOST_ROOTS, Root, is_scalp, nearest_roots, skull_middle, spread_roots};
+pub use scalp::{MOST_ROOTS, Region, Root, is_scalp, nearest_roots, skull_middle, spread_roots};
 pub use space::HairSpace;
 pub use strands::FullHair;
 pub use surface::{Bust, Contact, Surface};

@@ -1,6 +1,8 @@
 //! The space whose principal components hair has: that of the thesis, or one that turns with the head.
 
-use modiste_core::{Affine3, Vec3, align_rigid, centroid};
+use modiste_core::{Affine3, Mat3, Vec3, align_rigid, centroid};
+
+use crate::canonical::Frame;
 
 /// Where hair lies still when it moves with the head.
 ///
@@ -31,6 +33,21 @@ impl HairSpace {
         &self.head
     }
 
+    /// Where a bust is, with its heading by the axis through the ears, and tracked vertices in that canonical space (m).
+    ///
+    /// Eq. 15 turns the face to +Z. Somebody who looks at their feet has no such heading, and somebody who bends further
+    /// faces backwards all of a sudden; their ears are where they were. In the space of the thesis nothing changes.
+    pub fn level(&self, frame: Frame, canonical: Vec<Vec3>) -> (Frame, Vec<Vec3>) {
+        if self.head.is_empty() {
+            return (frame, canonical);
+        }
+        let left = self.pose(&canonical).matrix3.x_axis;
+        let turn = (-left.z).atan2(left.x);
+        let back = Mat3::from_rotation_y(-turn);
+        let heading = frame.heading + turn;
+        (Frame { heading, ..frame }, canonical.into_iter().map(|p| back * p).collect())
+    }
+
     /// Canonical space from this one, for tracked vertices that lie so in canonical space (m). The origin is the middle of
     /// the head.
     pub fn pose(&self, canonical: &[Vec3]) -> Affine3 {
@@ -40,12 +57,6 @@ impl HairSpace {
         let now: Vec<Vec3> = self.head.iter().map(|&vertex| canonical[vertex as usize]).collect();
         let (turn, _) = align_rigid(&self.rest, &now);
         Affine3::from_mat3_translation(turn, centroid(&now))
-    }
-
-    /// [`Self::pose`] from three numbers a vertex.
-    pub fn pose_of_numbers(&self, numbers: &[f32]) -> Affine3 {
-        let points: Vec<Vec3> = numbers.as_chunks::<3>().0.iter().map(|p| Vec3::from_array(p.map(f64::from))).collect();
-        self.pose(&points)
     }
 
     /// Hair that lies so in canonical space, in this one: three numbers a point (m), by the inverse of its pose.
@@ -62,7 +73,22 @@ impl HairSpace {
 #[cfg(test)]
 mod tests {
     use super::HairSpace;
+    use crate::canonical::Frame;
     use modiste_core::{Affine3, Mat3, Vec3};
+
+    #[test]
+    fn the_ears_tell_the_heading_of_a_head_that_looks_down_or_back_between_the_legs() {
+        let rest: Vec<Vec3> =
+            (0..20).map(|i| Vec3::new(f64::from(i % 3), f64::from(i % 5), 0.3 * f64::from(i % 7))).collect();
+        let space = HairSpace::of_head((0..20).collect(), &rest);
+        for nod in [0.0, 1.2, 1.8, 2.6] {
+            let turned = Mat3::from_rotation_y(0.4) * Mat3::from_rotation_x(nod);
+            let canonical: Vec<Vec3> = rest.iter().map(|p| turned * *p).collect();
+            let (frame, level) = space.level(Frame { position: Vec3::X, heading: 1.0 }, canonical);
+            assert!((frame.heading - 1.4).abs() < 1e-9, "{nod}: {}", frame.heading);
+            assert!(level.iter().zip(&rest).all(|(a, b)| a.distance(Mat3::from_rotation_x(nod) * *b) < 1e-9));
+        }
+    }
 
     #[test]
     fn hair_that_moves_with_the_head_lies_still() {

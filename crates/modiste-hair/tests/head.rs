@@ -10,7 +10,9 @@ use modiste_hair::collision::penetration_exact;
 use modiste_hair::model::{HairModel, LearnOptions, Provenance, learn};
 use modiste_hair::rod::{Material, Simulation, SimulationOptions, Wind};
 use modiste_hair::training::{Cell, Factors, Recipe, Sequence, TrainingFolder};
-use modiste_hair::{Bust, FullHair, Groom, POINTS, Style, WornHair, carry, evaluate, spread_roots};
+use modiste_hair::{
+    Bust, FullHair, Groom, POINTS, Region, Style, WornHair, carry, evaluate, skull_middle, spread_roots,
+};
 
 fn body() -> Body {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
@@ -175,4 +177,51 @@ fn hair_is_learned_saved_and_worn_by_other_bodies() {
         let styled = Factors::new(0.5, 0.5);
         assert!(WornHair::new(&model, &tall, styled).unwrap_err().to_string().contains("the only one"));
     }
+}
+
+#[test]
+fn regions_of_the_scalp_have_lengths_of_their_own() {
+    let body = body();
+    let folder = tempfile::tempdir().unwrap();
+    let cells = Cell::STYLES.to_vec();
+    let recipe = Recipe { style: Style::Long, guides: 24, seed: 3, cells: cells.clone(), source: None };
+    let set = TrainingFolder::open(folder.path().join("set"), recipe).unwrap();
+    let sequences = [("made_0", 0.6), ("made_1", 1.1)];
+    let sequences = sequences.map(|(name, rate)| Sequence {
+        name: name.to_owned(),
+        motion: shaking(&body, 60, rate),
+        held_out: false,
+    });
+    let grooms: Vec<Groom> =
+        cells.iter().map(|cell| Groom::grow(&body, Style::Long, cell.length, 24, 3).unwrap()).collect();
+    set.simulate(&body, &grooms, &sequences, &Silent).unwrap();
+    let names: Vec<String> = sequences.iter().map(|sequence| sequence.name.clone()).collect();
+    let options = LearnOptions { hair_dimensions: 8, bust_dimensions: 3, plain: false };
+    let model = learn(&set, &names, &body, &grooms[0].roots, &options, &Silent).unwrap().model.shared();
+    let mut hair = [
+        WornHair::new(&model, &body, Factors::new(1.0, 0.5)).unwrap(),
+        WornHair::new(&model, &body, Factors::new(0.0, 0.5)).unwrap(),
+        WornHair::mixed(&model, &body, Factors::new(1.0, 0.5), &[(Region::Front, 0.0)]).unwrap(),
+    ];
+    let mut vertices = Vec::new();
+    for pose in &shaking(&body, 12, 0.8).frames {
+        body.pose(pose, &mut vertices);
+        for hair in &mut hair {
+            hair.step(pose, &vertices, &[]).unwrap();
+        }
+    }
+    let [long, short, mixed] = hair.each_ref().map(WornHair::points);
+    let middle = skull_middle(&body);
+    let mut seen = 0;
+    for (guide, root) in model.roots().iter().enumerate() {
+        let front = Region::of(root.position(body.model().topology(), body.rest_vertices()) - middle) == Region::Front;
+        let points = guide * POINTS..(guide + 1) * POINTS;
+        let reach = |points: &[Vec3]| modiste_hair::arc_length(points);
+        let (wanted, other) = if front { (short, long) } else { (long, short) };
+        let [own, wanted, other] = [mixed, wanted, other].map(|hair| reach(&hair[points.clone()]));
+        assert!((own - wanted).abs() < 0.5 * (own - other).abs(), "guide {guide}: {own} {wanted} {other}");
+        seen += usize::from(front);
+    }
+    assert!((3..21).contains(&seen), "{seen}");
+    assert!(WornHair::mixed(&model, &body, Factors::default(), &[(Region::Back, 9.0)]).is_err());
 }

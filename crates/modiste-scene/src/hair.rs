@@ -9,7 +9,7 @@ use modiste_garment::DrapeModel;
 use modiste_hair::collision::{Penetration, penetration_exact};
 use modiste_hair::model::HairModel;
 use modiste_hair::training::Factors;
-use modiste_hair::{Bust, FullHair, HairTimes, POINTS, Surface, WornHair};
+use modiste_hair::{Bust, FullHair, HairTimes, POINTS, Region, Surface, WornHair};
 use modiste_io::IoError;
 use modiste_io::animated::AnimatedMesh;
 use serde::{Deserialize, Serialize};
@@ -39,6 +39,8 @@ pub struct WornStyle {
     pub model: Arc<HairModel>,
     /// Factors at the first and at the last frame; evenly between.
     pub factors: [Factors; 2],
+    /// Length factors of regions of the scalp that have their own.
+    pub lengths: Vec<(Region, f64)>,
 }
 
 /// What the report says of hair.
@@ -106,7 +108,7 @@ impl HairRecorder {
         });
         let bust = Bust::new(body.model())?;
         Ok(Self {
-            worn: WornHair::new(&style.model, body, style.factors[0])?,
+            worn: WornHair::mixed(&style.model, body, style.factors[0], &style.lengths)?,
             factors: style.factors,
             total,
             body: body.clone(),

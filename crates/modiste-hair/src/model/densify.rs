@@ -52,7 +52,7 @@ impl HairModel {
             basis,
             std_devs: self.std_devs.clone(),
             blocks: self.blocks.copied()?,
-            ridge: self.ridge,
+            ridges: self.ridges.clone(),
             seed: self.seed,
         })
     }

@@ -66,9 +66,6 @@ impl HairModel {
         for (name, value) in [
             ("name", self.name.clone()),
             ("fps", self.fps.to_string()),
-            ("ridge_independent", self.ridge.independent.to_string()),
-            ("ridge_shared", self.ridge.shared.to_string()),
-            ("ridge_inputs", self.ridge.inputs.to_string()),
             ("plain", self.plain.to_string()),
             ("cells", cells),
         ] {
@@ -78,6 +75,7 @@ impl HairModel {
         let mut writer = Writer::new(header);
         let faces: Vec<u32> = self.roots.iter().map(|root| root.face).collect();
         let places: Vec<f32> = self.roots.iter().flat_map(|root| root.barycentric).map(|x| x as f32).collect();
+        let ridges: Vec<f64> = self.ridges.iter().flat_map(|r| [r.independent, r.shared, r.inputs]).collect();
         let rest: Vec<f32> = self.bust_rest.iter().flat_map(|p| p.to_array()).map(|x| x as f32).collect();
         writer
             .add_u32("root_faces", &[faces.len()], faces)
@@ -87,6 +85,7 @@ impl HairModel {
             .add_f32("bust_mean", &[self.bust.mean.len()], &self.bust.mean[..])
             .add_f32("bust_basis", &[self.bust.count(), self.bust.mean.len()], &self.bust.basis[..])
             .add_u32("head_vertices", &[self.space.head().len()], self.space.head())
+            .add_f64("ridges", &[self.ridges.len(), 3], ridges)
             .add_f64("input_limits", &[self.limits.len()], &self.limits[..])
             .add_f32("hair_mean", &[n], &self.mean[..])
             .add_f32("hair_scales", &[layout.hair], self.basis.scales())
@@ -163,6 +162,12 @@ impl HairModel {
         if let Some(vertex) = head.iter().find(|&&vertex| vertex as usize >= tracked) {
             return Err(HairError::data(format!("{name}, vertices of the head"), format!("below {tracked}"), vertex));
         }
+        let ridges = file.f64("ridges", &[cells, 3])?;
+        if let Some(ridge) = ridges.iter().find(|ridge| !(ridge.is_finite() && **ridge >= 0.0)) {
+            return Err(HairError::data(format!("{name}, ridges"), "numbers of 0 or more", ridge));
+        }
+        let ridges = ridges.as_chunks::<3>().0.iter();
+        let ridges = ridges.map(|&[independent, shared, inputs]| Ridge { independent, shared, inputs }).collect();
         let d_a = layout.size();
         let triangle = file.f32("tensor", &[cells * d_a * (cells * d_a + 1) / 2])?;
         Ok(Self {
@@ -188,11 +193,7 @@ impl HairModel {
             basis,
             std_devs: file.f64("hair_std_devs", &[hair])?,
             blocks: Blocks::from_triangle(triangle, d_a, cells)?,
-            ridge: Ridge {
-                independent: number("ridge_independent")?,
-                shared: number("ridge_shared")?,
-                inputs: number("ridge_inputs")?,
-            },
+            ridges,
             seed: file.header().seed,
         })
     }

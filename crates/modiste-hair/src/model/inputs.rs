@@ -1,5 +1,8 @@
 //! What drives the hair: the pose of the bust, and in the fuller model what it did of late.
 
+use modiste_core::Vec3;
+
+use super::bust::BustState;
 use crate::canonical::Frame;
 
 /// Times that means of the past go back (frames): 0.1, 0.3 and 0.9 s.
@@ -16,7 +19,7 @@ const SQUARES_PAST: f64 = PAST[1];
 ///
 /// The thesis has the bust coefficients x_t alone (eq. 21 adds the last two moves). A matrix makes of them what is linear in
 /// them, and of the past only what the last two frames of the hair still show of it. The fuller inputs add means of the past
-/// of bust and moves, which need not be kept in the hair; products of the leading bust coefficients, since a head that turns
+/// of bust and moves, which need not be kept in the hair; which way is down for the head, and its past; products of the leading bust coefficients, since a head that turns
 /// and nods is no sum of turning and nodding; and squares of the moves, as drag and centrifugal force are.
 #[derive(Debug, Clone)]
 pub struct Inputs {
@@ -28,6 +31,7 @@ pub struct Inputs {
 struct Past {
     frame: Frame,
     bust: Vec<[f64; PAST.len()]>,
+    down: [[f64; PAST.len()]; 3],
     moves: [[f64; PAST.len()]; MOVE],
     squares: [[f64; 2]; MOVE],
 }
@@ -41,7 +45,9 @@ impl Inputs {
     /// How many there are for so many bust coefficients.
     pub fn count(plain: bool, bust: usize) -> usize {
         let multiplied = bust.min(MULTIPLIED);
-        let more = bust.min(REMEMBERED) * PAST.len() + MOVE * (PAST.len() + 4) + multiplied * (multiplied + 1) / 2;
+        let products = |count: usize| count * (count + 1) / 2;
+        let down = 3 * (1 + PAST.len()) + products(3);
+        let more = bust.min(REMEMBERED) * PAST.len() + MOVE * (PAST.len() + 4) + products(multiplied) + down;
         bust + if plain { 0 } else { more }
     }
 
@@ -50,16 +56,20 @@ impl Inputs {
         self.past = None;
     }
 
-    /// Inputs of the next frame, from where the bust is and its coefficients.
-    pub fn next(&mut self, frame: Frame, bust: &[f64]) -> Vec<f64> {
-        let mut inputs = bust.to_vec();
+    /// Inputs of the next frame.
+    pub fn next(&mut self, state: &BustState) -> Vec<f64> {
+        let (frame, bust) = (state.frame, &state.coefficients);
+        let mut inputs = bust.clone();
         if self.plain {
             return inputs;
         }
         let remembered = &bust[..bust.len().min(REMEMBERED)];
+        // From that of an upright head.
+        let down = (state.down() - Vec3::NEG_Y).to_array();
         let past = self.past.get_or_insert_with(|| Past {
             frame,
             bust: remembered.iter().map(|&x| [x; PAST.len()]).collect(),
+            down: down.map(|x| [x; PAST.len()]),
             moves: [[0.0; PAST.len()]; MOVE],
             squares: [[0.0; 2]; MOVE],
         });
@@ -71,7 +81,8 @@ impl Inputs {
             *mean = kept * *mean + (1.0 - kept) * value;
             *mean
         };
-        for (means, &value) in past.bust.iter_mut().zip(remembered) {
+        inputs.extend(down);
+        for (means, &value) in past.bust.iter_mut().zip(remembered).chain(past.down.iter_mut().zip(&down)) {
             for (mean, time) in means.iter_mut().zip(PAST) {
                 inputs.push(towards(mean, value, time) - value);
             }
@@ -85,9 +96,10 @@ impl Inputs {
                 inputs.push(towards(mean, square, SQUARES_PAST));
             }
         }
-        let multiplied = &bust[..bust.len().min(MULTIPLIED)];
-        for (index, a) in multiplied.iter().enumerate() {
-            inputs.extend(multiplied[index..].iter().map(|b| a * b));
+        for multiplied in [&bust[..bust.len().min(MULTIPLIED)], &down] {
+            for (index, a) in multiplied.iter().enumerate() {
+                inputs.extend(multiplied[index..].iter().map(|b| a * b));
+            }
         }
         inputs
     }
@@ -95,27 +107,31 @@ impl Inputs {
 
 #[cfg(test)]
 mod tests {
-    use super::Inputs;
+    use super::{BustState, Inputs};
     use crate::canonical::Frame;
-    use modiste_core::Vec3;
+    use modiste_core::{Affine3, Vec3};
 
     #[test]
     fn inputs_come_to_rest_and_a_restart_forgets() {
-        let at = |x: f64| Frame { position: Vec3::new(x, 0.0, 0.0), heading: 0.2 * x };
+        let at = |x: f64, bust: [f64; 7]| BustState {
+            frame: Frame { position: Vec3::new(x, 0.0, 0.0), heading: 0.2 * x },
+            coefficients: bust.to_vec(),
+            hair: Affine3::from_rotation_x(bust[0]),
+        };
         let bust = [0.3, -0.2, 0.1, 0.4, 0.5, 0.6, 0.7];
         let mut inputs = Inputs::new(false);
-        let first = inputs.next(at(0.0), &bust);
+        let first = inputs.next(&at(0.0, bust));
         assert_eq!(first.len(), Inputs::count(false, bust.len()));
-        assert_eq!(Inputs::new(true).next(at(0.0), &bust), bust);
-        let moving = inputs.next(at(0.05), &[0.0; 7]);
+        assert_eq!(Inputs::new(true).next(&at(0.0, bust)), bust);
+        let moving = inputs.next(&at(0.05, [0.0; 7]));
         assert!(moving.iter().zip(&first).any(|(a, b)| (a - b).abs() > 0.01));
         let mut still = Vec::new();
         for _ in 0..600 {
-            still = inputs.next(at(0.05), &bust);
+            still = inputs.next(&at(0.05, bust));
         }
         assert!(still.iter().zip(&first).all(|(a, b)| (a - b).abs() < 1e-6), "{still:?}");
-        inputs.next(at(0.3), &bust);
+        inputs.next(&at(0.3, bust));
         inputs.restart();
-        assert_eq!(inputs.next(at(9.0), &bust), first);
+        assert_eq!(inputs.next(&at(9.0, bust)), first);
     }
 }

@@ -59,6 +59,16 @@ impl Ridge {
     /// No noise.
     pub const NONE: Self = Self { independent: 0.0, shared: 0.0, inputs: 0.0 };
 
+    /// The ridge of a style between cells: its numbers' logarithms are blended, as far as cells are taken and not left.
+    pub fn between(ridges: &[Self], weights: &[f64]) -> Self {
+        let total: f64 = weights.iter().map(|weight| weight.max(0.0)).sum();
+        let mean = |of: fn(&Self) -> f64| {
+            let sum: f64 = ridges.iter().zip(weights).map(|(r, w)| w.max(0.0) * of(r).max(1e-12).ln()).sum();
+            (sum / total.max(f64::MIN_POSITIVE)).exp()
+        };
+        Self { independent: mean(|r| r.independent), shared: mean(|r| r.shared), inputs: mean(|r| r.inputs) }
+    }
+
     /// `G_yo (G_oo + noise)^{-1}` for a Gram matrix whose first `observed` rows are known.
     pub(super) fn condition(self, gram: &Matrix, observed: usize) -> Result<Matrix, HairError> {
         self.condition_with(gram, observed, None)

@@ -1,6 +1,7 @@
 //! The learned hair: bases of hair and bust, and the multilinear model between them.
 
 mod blocks;
+mod bust;
 mod densify;
 mod dynamics;
 mod expansion;
@@ -16,6 +17,7 @@ use modiste_body::Body;
 use modiste_core::{Pca, QuantisedBasis, Vec3};
 
 pub use blocks::Blocks;
+pub use bust::BustState;
 pub use dynamics::Dynamics;
 pub use expansion::Expansion;
 pub use file::Provenance;
@@ -24,7 +26,7 @@ pub use learn::{LearnOptions, Learned, learn};
 pub use matrix::{Layout, MOVES, Ridge, StyleMatrix};
 pub use tensor::{NModeSvd, Tensor};
 
-use crate::canonical::BustTrack;
+use crate::canonical::{BustTrack, Frame};
 use crate::scalp::Root;
 use crate::space::HairSpace;
 use crate::training::{Cell, Factors};
@@ -51,7 +53,8 @@ pub struct HairModel {
     pub(crate) basis: QuantisedBasis<i8>,
     pub(crate) std_devs: Vec<f64>,
     pub(crate) blocks: Blocks,
-    pub(crate) ridge: Ridge,
+    /// Of each cell.
+    pub(crate) ridges: Vec<Ridge>,
     pub(crate) seed: u64,
     pub(crate) expansion: Expansion,
 }
@@ -87,9 +90,9 @@ impl HairModel {
         self.seed
     }
 
-    /// Noise that the regression allows for.
-    pub fn ridge(&self) -> Ridge {
-        self.ridge
+    /// Noise that the regression allows for in each cell.
+    pub fn ridges(&self) -> &[Ridge] {
+        &self.ridges
     }
 
     /// Whether it is the model of the thesis alone: hair in the canonical space of the bust, and no inputs but its coefficients.
@@ -135,15 +138,9 @@ impl HairModel {
         BustTrack::of_vertices(body, &self.bust_vertices, &self.bust_rest)
     }
 
-    /// Coefficients `x_t` of a bust in canonical space (m).
-    pub fn bust_coefficients(&self, canonical: &[Vec3]) -> Vec<f64> {
-        let numbers: Vec<f32> = canonical.iter().flat_map(|p| p.to_array()).map(|x| x as f32).collect();
-        self.bust_numbers(&numbers)
-    }
-
-    /// The same from three numbers per vertex.
-    pub fn bust_numbers(&self, numbers: &[f32]) -> Vec<f64> {
-        self.bust.project(numbers)
+    /// A bust as this model sees it, from its tracked vertices in canonical space (m): see [`BustTrack::canonical`].
+    pub fn bust_state(&self, frame: Frame, canonical: Vec<Vec3>) -> BustState {
+        BustState::new(&self.space, &self.bust, frame, canonical)
     }
 
     /// Coefficients of hair in its space, three numbers a point (m).
@@ -166,7 +163,8 @@ impl HairModel {
     /// # Errors
     /// Factors that the model cannot show.
     pub fn style(&self, factors: &Factors) -> Result<StyleMatrix, HairError> {
-        StyleMatrix::new(&self.blocks, &factors.weights(&self.cells)?, self.layout(), self.ridge)
+        let weights = factors.weights(&self.cells)?;
+        StyleMatrix::new(&self.blocks, &weights, self.layout(), Ridge::between(&self.ridges, &weights))
     }
 
     /// λ_max of each style of a grid over length and softness (§4.1), row by row of length; `steps` intervals each way.

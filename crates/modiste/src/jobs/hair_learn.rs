@@ -60,8 +60,8 @@ pub struct LearnedHair {
     pub energy: f64,
     /// Largest eigenvalue of the dynamics over a grid of length and softness.
     pub lambda_max: f64,
-    /// Noise that the regression allows for: independent, shared, and of the inputs.
-    pub ridge: [f64; 3],
+    /// Noise that the regression allows for in each cell: independent, shared, and of the inputs.
+    pub ridges: Vec<[f64; 3]>,
     /// Errors of each cell.
     pub errors: Vec<CellError>,
     /// Size of the file.
@@ -111,7 +111,7 @@ impl HairLearn {
             dimensions: model.layout().hair,
             energy: learned.energy,
             lambda_max,
-            ridge: [model.ridge().independent, model.ridge().shared, model.ridge().inputs],
+            ridges: model.ridges().iter().map(|ridge| [ridge.independent, ridge.shared, ridge.inputs]).collect(),
             errors,
             bytes: modiste_io::file_size(&self.out)?,
             file: self.out.clone(),
