@@ -172,11 +172,6 @@ impl Surface {
         &self.topology
     }
 
-    /// Whether a vertex lies on its rim.
-    pub fn is_rim(&self, vertex: u32) -> bool {
-        self.rim[vertex as usize]
-    }
-
     /// The tree over its faces.
     pub fn tree(&self) -> &TriangleBvh {
         &self.tree

@@ -3,6 +3,7 @@
 mod cells;
 mod closed;
 mod sheet;
+mod slab;
 
 use modiste_core::{SurfacePoint, Vec3, bounds};
 use rayon::prelude::*;

@@ -64,13 +64,14 @@ impl Dynamics {
     /// Where the bust cannot have moved there ([`Frame::is_cut`](crate::Frame::is_cut)), hair is carried along as it lies on
     /// the head, at rest. Inputs that go beyond what was learned from count as the furthest of that.
     pub fn step(&mut self, bust: &BustState) -> &[f64] {
-        if let ([Some(older), Some(newer)], true) = (&self.busts, self.since_cut >= 2) {
-            if bust.frame.is_cut([&older.frame, &newer.frame], bust.shift(newer)) {
-                self.hair[0] = self.hair[1].clone();
-                self.busts = [Some(bust.clone()), Some(bust.clone())];
-                self.inputs.restart();
-                self.since_cut = 0;
-            }
+        if let [Some(older), Some(newer)] = &self.busts
+            && self.since_cut >= 2
+            && bust.frame.is_cut([&older.frame, &newer.frame], bust.shift(newer))
+        {
+            self.hair[0] = self.hair[1].clone();
+            self.busts = [Some(bust.clone()), Some(bust.clone())];
+            self.inputs.restart();
+            self.since_cut = 0;
         }
         let mut inputs = self.inputs.next(bust);
         self.limit(&mut inputs, 0);

@@ -162,12 +162,6 @@ impl HairModel {
         if let Some(vertex) = head.iter().find(|&&vertex| vertex as usize >= tracked) {
             return Err(HairError::data(format!("{name}, vertices of the head"), format!("below {tracked}"), vertex));
         }
-        let ridges = file.f64("ridges", &[cells, 3])?;
-        if let Some(ridge) = ridges.iter().find(|ridge| !(ridge.is_finite() && **ridge >= 0.0)) {
-            return Err(HairError::data(format!("{name}, ridges"), "numbers of 0 or more", ridge));
-        }
-        let ridges = ridges.as_chunks::<3>().0.iter();
-        let ridges = ridges.map(|&[independent, shared, inputs]| Ridge { independent, shared, inputs }).collect();
         let d_a = layout.size();
         let triangle = file.f32("tensor", &[cells * d_a * (cells * d_a + 1) / 2])?;
         Ok(Self {
@@ -193,8 +187,17 @@ impl HairModel {
             basis,
             std_devs: file.f64("hair_std_devs", &[hair])?,
             blocks: Blocks::from_triangle(triangle, d_a, cells)?,
-            ridges,
+            ridges: ridges(file, name, cells)?,
             seed: file.header().seed,
         })
     }
+}
+
+fn ridges(file: &ModelFile, name: &str, cells: usize) -> Result<Vec<Ridge>, HairError> {
+    let numbers = file.f64("ridges", &[cells, 3])?;
+    if let Some(number) = numbers.iter().find(|number| !(number.is_finite() && **number >= 0.0)) {
+        return Err(HairError::data(format!("{name}, ridges"), "numbers of 0 or more", number));
+    }
+    let ridges = numbers.as_chunks::<3>().0.iter();
+    Ok(ridges.map(|&[independent, shared, inputs]| Ridge { independent, shared, inputs }).collect())
 }
