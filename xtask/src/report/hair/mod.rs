@@ -182,6 +182,13 @@ pub(super) fn times() -> Result<Page> {
     }
     page.figures("rows", &found.rows)?;
     long_run(&mut page)?;
+    page.paragraph(
+        "Pictures, drawn by `modiste hair animate` and made smaller: \
+         [length from 0 to 1.35](slider-length.png) (`--length 0..1.35`), \
+         [softness from 0 to 1](slider-softness.png) (`--softness 0..1`), \
+         [wind to the left](slider-wind.png) (`--wind 1,+x`), and \
+         [lengths mixed by region](mixed-lengths.png) (`--mix front=0,back=1,sides=0.5`), as in figure 6.6.",
+    );
     Ok(page)
 }
 
