@@ -59,8 +59,6 @@ pub struct Contact {
     pub distance: f64,
     /// Unit vector along which the distance grows.
     pub outwards: Vec3,
-    /// Whether the nearest point is on the rim of the surface, so that the point looks past it.
-    pub past: bool,
 }
 
 impl Bust {
@@ -190,7 +188,7 @@ impl Surface {
         if self.may_be_crossed(at.face) {
             return Some(self.contact_among_folds(p, at, distance, past));
         }
-        Some(self.towards(p, at, distance, past))
+        Some(self.towards(p, at, distance))
     }
 
     /// The vertex nearest to a point, as the nearest corner of the nearest face, with its unit normal, if the surface is no
@@ -226,27 +224,27 @@ impl Surface {
     fn contact_among_folds(&self, p: Vec3, at: SurfacePoint, distance: f64, past: bool) -> Contact {
         let inside = |p: Vec3| self.tree.winding_number(&self.x, p) > 0.5;
         if past || !inside(p) {
-            return self.towards(p, at, at.distance, past);
+            return self.towards(p, at, at.distance);
         }
         let visible = |face: u32, at: Vec3| {
             let [a, b, c] = corners(self.topology.faces()[face as usize], &self.x);
             !inside(at + JUST_OUTSIDE * (b - a).cross(c - a).normalize_or_zero())
         };
         if distance < 0.0 && visible(at.face, at.point) {
-            return self.towards(p, at, distance, past);
+            return self.towards(p, at, distance);
         }
         let out = self.tree.closest_point_where(&self.x, p, f64::INFINITY, None, visible).unwrap_or(at);
-        self.towards(p, out, -out.distance, past)
+        self.towards(p, out, -out.distance)
     }
 
-    fn towards(&self, p: Vec3, at: SurfacePoint, distance: f64, past: bool) -> Contact {
+    fn towards(&self, p: Vec3, at: SurfacePoint, distance: f64) -> Contact {
         let away = if distance < 0.0 { at.point - p } else { p - at.point };
         let outwards = if at.distance > 1e-7 {
             away / at.distance
         } else {
             modiste_core::pseudonormal(&self.topology, &self.x, &at).normalize_or(Vec3::Y)
         };
-        Contact { at, distance, outwards, past }
+        Contact { at, distance, outwards }
     }
 
     /// The point itself, or the nearest one that is `clearance` (m) above the surface when it is below that.
