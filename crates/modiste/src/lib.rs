@@ -24,8 +24,8 @@ pub use jobs::{
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};
 pub use modiste_garment::check;
-pub use modiste_hair::Style as HairStyle;
 pub use modiste_hair::training::WindDirection;
+pub use modiste_hair::{Region as HairRegion, Style as HairStyle};
 pub use modiste_scene::{Format, Region, Report};
 pub use sources::Sources;
 pub use stream::{Events, Update, start};
