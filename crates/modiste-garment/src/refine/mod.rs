@@ -19,6 +19,7 @@ mod walk;
 mod warp;
 mod way_out;
 
+pub(crate) use contacts::MOST;
 pub(crate) use cover::Cover;
 pub use exact::{ExactOptions, ExactReport};
 pub use fit::{Below, Fit, FitOptions};
