@@ -359,3 +359,44 @@ impl Projection {
         self.synthesis.place(body)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use modiste_core::{Mat3, Silent, Vec3};
+
+    use super::Synthesis;
+    use crate::DrapeModel;
+    use crate::drape::synthetic::{anchor_body, motion, training_set};
+    use crate::drape::{DynamicsOptions, TrainOptions, WrinkleOptions};
+    use crate::refine::anchors::translation;
+
+    #[test]
+    fn without_gradients_in_between_the_garment_is_the_same() {
+        let options = TrainOptions {
+            wrinkle: WrinkleOptions { min_count: 4, max_count: 8, ..WrinkleOptions::default() },
+            dynamics: DynamicsOptions { ridges: vec![1e-3, 1e-1], ..DynamicsOptions::default() },
+            ..TrainOptions::default()
+        };
+        let model = Arc::new(DrapeModel::train(&training_set(), &options, &Silent).unwrap().0);
+        let mut fast = Synthesis::new(model.clone(), &[0.5, -0.5], 4).unwrap();
+        let coarse = model.coarse.as_ref().unwrap();
+        for pose in &motion(6, 20).frames {
+            let body = anchor_body(pose);
+            fast.step(pose, &body);
+            let (fitting, course) = (&fast.fitting, fast.course.as_ref().unwrap());
+            let to_anchors = |x: &[Vec3]| translation(&model.garment.anchors, x, &body);
+            let mut gradients = vec![Mat3::IDENTITY; model.garment.topology.face_count()];
+            let mut places = vec![Vec3::ZERO; model.garment.template.len()];
+            let learned = (&model.wrinkle, &model.reconstruction);
+            fitting.write_reference(learned, (pose, &to_anchors), &mut gradients, &mut places);
+            coarse.displace(pose, &course.coefficients, &mut Vec::new(), &mut places);
+            fitting.compose(&model.wrinkle, (pose, &fast.wrinkles), &mut gradients);
+            let mut plain = places.clone();
+            coarse.reconstruct(&gradients, &places, &mut plain);
+            let furthest = fast.vertices.iter().zip(&plain).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            assert!(furthest < 1e-9, "{furthest}");
+        }
+    }
+}
