@@ -1,5 +1,6 @@
 //! A frame asks the system for no memory once a character has moved for a while.
 #![allow(unsafe_code, reason = "an allocator that counts is one")]
+#![expect(clippy::unwrap_used, reason = "a test stops where something is missing")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;

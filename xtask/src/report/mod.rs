@@ -83,6 +83,15 @@ impl Which {
         }
     }
 
+    /// What it says of bodies and motions.
+    fn held_out(self) -> &'static str {
+        match self {
+            Self::Main | Self::Garments | Self::Physics | Self::Hair => " Bodies and motions here were not trained on.",
+            // The sections say which motions they take.
+            Self::Speed | Self::Penetration => "",
+        }
+    }
+
     fn sections(self) -> &'static [Section] {
         match self {
             Self::Main => &MAIN,
@@ -214,10 +223,10 @@ fn keep(which: Which, folder: &Path, name: &str, page: Page) -> Result<()> {
 /// The report as a page: all claims first, then the sections in their order.
 fn markdown(which: Which, report: &Report) -> String {
     let mut text = format!(
-        "# {}\n\nWritten by `cargo xtask report {}`; the figures are in `report.json`. Bodies and motions here were not \
-         trained on.\n\n",
+        "# {}\n\nWritten by `cargo xtask report {}`; the figures are in `report.json`.{}\n\n",
         which.title(),
-        which.name()
+        which.name(),
+        which.held_out()
     );
     text += &format!(
         "Machine: {}, {} threads, {}.\n\n",

@@ -113,6 +113,9 @@ const PAPER_VERTICES: [(&str, usize); 5] =
 
 /// Where garments of that resolution are, from the folder of the assets.
 const PAPER_ASSETS: &str = "../training/paper-assets";
+/// Where training sets are, from there, and below it the garments that were subdivided, by the hash of what they are made from.
+const TRAINING: &str = "../training";
+const SUBDIVIDED: &str = "subdivided";
 
 /// The model files of a garment.
 struct Files {
@@ -152,7 +155,8 @@ impl BenchDress {
         Ok(BenchedDress { machine: Machine::this(), rows })
     }
 
-    /// The files of a garment; one that is to be as fine as in the paper and is not there is made in `folder`.
+    /// The files of a garment; one that is to be as fine as in the paper and is not there is made in `folder`, or in that of
+    /// the training sets if there is one, so that the next program that measures has only to read it.
     fn files(&self, assets: &Assets, name: &str, resolution: Resolution, folder: &Path) -> Result<Files, JobError> {
         let built_in = assets.garment(self.gender, name)?;
         let file = format!("{}-{name}.safetensors", self.gender.name());
@@ -160,7 +164,13 @@ impl BenchDress {
         if resolution == Resolution::BuiltIn || modiste_io::exists(&learned) {
             return Ok(Files { built_in, paper: learned, subdivided: false });
         }
-        let paper = folder.join(file);
+        let kept = assets.folder().join(TRAINING);
+        let paper = if modiste_io::exists(&kept) {
+            let hash = modiste_io::hash(&modiste_io::read_bytes(&built_in)?);
+            kept.join(SUBDIVIDED).join(hash).join(file)
+        } else {
+            folder.join(file)
+        };
         let wanted = PAPER_VERTICES.iter().find(|(garment, _)| *garment == name);
         if let Some((_, vertices)) = wanted.filter(|_| !modiste_io::exists(&paper)) {
             DrapeModel::load(&built_in)?.resampled(*vertices)?.save(&paper)?;

@@ -80,7 +80,6 @@ fn stamp() -> Result<String> {
 fn page(done: &[Run], all: usize, clips: &[Clip]) -> Result<Page> {
     let mut page = Page::new("What is left inside the body");
     let sum = |of: fn(&Run) -> usize| done.iter().map(of).sum::<usize>();
-    let most = |of: fn(&Run) -> f64| done.iter().map(of).fold(0.0, f64::max);
     let (frames, judged) = (sum(|run| run.frames), sum(|run| run.judged));
     let captured = clips.iter().filter(|clip| clip.file.is_some()).count();
     let held_out = clips.iter().filter(|clip| clip.file.is_some() && !clip.trained).count();
@@ -135,6 +134,15 @@ fn page(done: &[Run], all: usize, clips: &[Clip]) -> Result<Page> {
          it is; the fit takes it to the rim of the crossing. A frame is flagged by the fit when it says so, or when it leaves a \
          vertex inside.",
     );
+    claims(&mut page, done);
+    page.figures("runs", &done)?;
+    Ok(page)
+}
+
+fn claims(page: &mut Page, done: &[Run]) {
+    let sum = |of: fn(&Run) -> usize| done.iter().map(of).sum::<usize>();
+    let most = |of: fn(&Run) -> f64| done.iter().map(of).fold(0.0, f64::max);
+    let (frames, judged) = (sum(|run| run.frames), sum(|run| run.judged));
     let share = |count: usize, of: usize| 100.0 * count as f64 / of.max(1) as f64;
     page.at_least("frames measured", frames as f64, (MOTIONS * BODIES * OUTFITS.len() * FRAMES) as f64, "");
     page.at_most("vertices inside the body", sum(|run| run.inside_vertices) as f64, 0.0, "");
@@ -158,6 +166,4 @@ fn page(done: &[Run], all: usize, clips: &[Clip]) -> Result<Page> {
         "%",
     );
     page.at_most("deepest vertex inside", most(|run| run.inside_mm), 0.0, "mm");
-    page.figures("runs", &done)?;
-    Ok(page)
 }

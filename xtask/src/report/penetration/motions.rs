@@ -50,7 +50,7 @@ pub(super) fn clips(count: usize) -> Result<Vec<Clip>> {
 }
 
 impl Clip {
-    /// [`FRAMES`] frames from the middle of the motion.
+    /// [`FRAMES`] frames from the middle of the motion; one that is shorter goes there and back again.
     pub(super) fn motion(&self, body: &Body) -> Result<Motion> {
         let action = Action::ALL.into_iter().find(|action| self.name.contains(action.name()));
         let (choice, length) = match &self.file {
@@ -59,7 +59,8 @@ impl Clip {
         };
         let motion = choice.motion(body, length, FPS, &Silent).with_context(|| format!("motion {}", self.name))?;
         let first = motion.frames.len().saturating_sub(FRAMES) / 2;
-        let last = motion.frames.len().min(first + FRAMES);
-        Ok(motion.slice(first..last))
+        let there = motion.frames[first..].iter();
+        let frames = there.clone().chain(there.rev()).cycle().take(FRAMES).cloned().collect();
+        Ok(Motion { fps: motion.fps, frames })
     }
 }

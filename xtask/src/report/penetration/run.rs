@@ -76,7 +76,7 @@ impl Who {
         let mut rng = seeded_rng(SEED + self.body as u64);
         let mut shape: Vec<f64> = (0..count).map(|_| normal(&mut rng).clamp(-3.0, 3.0)).collect();
         let turn = self.body / Gender::ALL.len();
-        shape[turn % DRAWN_OUT.min(count)] = if turn / DRAWN_OUT % 2 == 0 { 3.0 } else { -3.0 };
+        shape[turn % DRAWN_OUT.min(count)] = if (turn / DRAWN_OUT).is_multiple_of(2) { 3.0 } else { -3.0 };
         shape
     }
 }

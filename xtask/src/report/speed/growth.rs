@@ -48,7 +48,7 @@ pub(crate) fn measure() -> Result<Page> {
         page.plot(name, &format!("time of a frame against {label}"), lines([label, "frame (ms)"], &series, None)?);
     }
     let of_one = || by_vertices.iter().filter(|cost| cost.threads == 1);
-    if let (Some(small), Some(large)) = (of_one().find(|cost| cost.vertices > 8_000), of_one().last()) {
+    if let (Some(small), Some(large)) = (of_one().find(|cost| cost.vertices > 8_000), of_one().next_back()) {
         let power = (large.median_ms / small.median_ms).ln() / (large.vertices as f64 / small.vertices as f64).ln();
         page.at_most("power by which the time grows with the vertices, from 8,794 on", power, 1.0, "");
     }
