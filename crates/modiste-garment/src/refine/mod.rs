@@ -8,6 +8,7 @@ mod crowding;
 mod exact;
 mod exposure;
 mod fit;
+mod lanes;
 mod layers;
 mod nearest;
 mod obstacle;

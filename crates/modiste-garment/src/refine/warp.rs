@@ -2,6 +2,8 @@
 
 use modiste_core::{Mat3, Topology, Vec3};
 
+use super::lanes::{Lanes, dot, lanes_of_columns};
+
 /// How far a warp reaches and how exactly it is solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WarpOptions {
@@ -365,64 +367,6 @@ impl Scratch {
         }
         MAX_ITERATIONS
     }
-}
-
-/// A vector in the four lanes of a register; the last is 0.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-#[repr(align(16))]
-struct Lanes([f32; 4]);
-
-impl Lanes {
-    const ZERO: Self = Self([0.0; 4]);
-
-    fn from_vec3(v: Vec3) -> Self {
-        Self([v.x as f32, v.y as f32, v.z as f32, 0.0])
-    }
-
-    fn to_vec3(self) -> Vec3 {
-        let [x, y, z, _] = self.0.map(f64::from);
-        Vec3::new(x, y, z)
-    }
-
-    #[inline(always)]
-    fn plus(self, other: Self) -> Self {
-        Self(std::array::from_fn(|lane| self.0[lane] + other.0[lane]))
-    }
-
-    #[inline(always)]
-    fn minus(self, other: Self) -> Self {
-        Self(std::array::from_fn(|lane| self.0[lane] - other.0[lane]))
-    }
-
-    #[inline(always)]
-    fn times(self, factor: f32) -> Self {
-        Self(self.0.map(|lane| factor * lane))
-    }
-
-    #[inline(always)]
-    fn by_lane(self, other: Self) -> Self {
-        Self(std::array::from_fn(|lane| self.0[lane] * other.0[lane]))
-    }
-
-    /// The matrix of these columns times the vector.
-    #[inline(always)]
-    fn through(self, columns: &[Self; 3]) -> Self {
-        let [x, y, z, _] = self.0;
-        columns[0].times(x).plus(columns[1].times(y)).plus(columns[2].times(z))
-    }
-}
-
-fn lanes_of_columns(matrix: Mat3) -> [Lanes; 3] {
-    [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(Lanes::from_vec3)
-}
-
-/// The dot product of two lists of vectors, summed in blocks so that little is lost of many small terms.
-fn dot(a: &[Lanes], b: &[Lanes]) -> f32 {
-    let block = |(a, b): (&[Lanes], &[Lanes])| {
-        let sum = a.iter().zip(b).fold(Lanes::ZERO, |sum, (a, b)| sum.plus(a.by_lane(*b)));
-        f64::from(sum.0[0]) + f64::from(sum.0[1]) + f64::from(sum.0[2])
-    };
-    a.chunks(64).zip(b.chunks(64)).map(block).sum::<f64>() as f32
 }
 
 /// The least residual that a run in f32 is asked for.
