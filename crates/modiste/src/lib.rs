@@ -19,7 +19,7 @@ pub use jobs::{
     BodyMeasure, BodyPopulation, BodyTrain, Character, Check, Checked, Crowd, CrowdReport, DesignChoice, Dress,
     Dressed, EvaluatedGarment, GarmentEvaluate, GarmentImport, GarmentLearn, GarmentSimulate, GarmentTrain, HairChoice,
     HairLearn, Job, LearnedGarment, LearnedHair, Length, MadeBody, MadeCrowd, MadePopulation, MeasuredBody,
-    MotionChoice, Outcome, SimulatedGarment, TrainedBody, TrainedGarment, UpAxis, run,
+    MotionChoice, Outcome, Resolution, SimulatedGarment, TrainedBody, TrainedGarment, UpAxis, run,
 };
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};

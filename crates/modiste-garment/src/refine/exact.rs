@@ -10,7 +10,7 @@ use super::contacts::{MOST, Site, wanted_distance};
 use super::cover::Ground;
 use super::obstacle::{Contact, Obstacle};
 use super::paper::PaperOptions;
-use super::shows::{Lift, SHOW_CLEARANCE, find_lifts};
+use super::shows::{Lift, Lifts, SHOW_CLEARANCE, find_lifts};
 use super::tears::Tears;
 use super::warp::{Pull, Push, Stiffness, Warp, WarpOptions};
 
@@ -85,7 +85,7 @@ pub(crate) struct ExactPush {
     sites: Vec<Site>,
     pushes: Vec<Push>,
     pulls: Vec<Pull>,
-    lifts: Vec<Lift>,
+    lifts: Lifts,
     warp: Vec<Vec3>,
     tears: Tears,
 }
@@ -99,7 +99,7 @@ impl ExactPush {
             sites: vec![Site::NEW; n],
             pushes: Vec::new(),
             pulls: Vec::new(),
-            lifts: Vec::new(),
+            lifts: Lifts::default(),
             warp: vec![Vec3::ZERO; n],
             tears: Tears::default(),
         }
@@ -299,17 +299,17 @@ impl ExactPush {
     /// whether there are any.
     fn collect_shows(&mut self, grounds: &[Ground<'_>], garment: &[Vec3]) -> bool {
         find_lifts(&self.topology, &mut self.sites, grounds, garment, &mut self.lifts);
-        for &Lift { face, normal, height } in &self.lifts {
+        for &Lift { face, normal, height } in self.lifts.iter() {
             let gap = height + SHOW_CLEARANCE;
             self.pushes.extend(face.map(|vertex| Push { vertex, normal, gap, weight: self.options.weight }));
         }
-        !self.lifts.is_empty()
+        self.lifts.iter().next().is_some()
     }
 
     /// Lifts by themselves the triangles that body vertices still show through.
     fn lift_single_faces(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
         find_lifts(&self.topology, &mut self.sites, grounds, garment, &mut self.lifts);
-        for &Lift { face, normal, height } in &self.lifts {
+        for &Lift { face, normal, height } in self.lifts.iter() {
             for vertex in face {
                 garment[vertex as usize] += (height + 0.5 * SHOW_CLEARANCE) * normal;
                 self.sites[vertex as usize].stale = true;

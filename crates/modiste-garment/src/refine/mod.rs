@@ -8,6 +8,7 @@ mod crowding;
 mod exact;
 mod exposure;
 mod fit;
+mod lanes;
 mod layers;
 mod nearest;
 mod obstacle;
@@ -19,6 +20,7 @@ mod walk;
 mod warp;
 mod way_out;
 
+pub(crate) use contacts::MOST;
 pub(crate) use cover::Cover;
 pub use exact::{ExactOptions, ExactReport};
 pub use fit::{Below, Fit, FitOptions};
