@@ -183,6 +183,7 @@ fn make_hair(sources: &Sources, arguments: &Arguments) -> Result<()> {
             dimensions,
             wind: true,
             single: false,
+            plain: false,
             seed: 1,
             data: sources.data.clone(),
             training: hair_folder(style, guides),

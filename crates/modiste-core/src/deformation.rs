@@ -123,21 +123,33 @@ impl EdgeSystem {
         assert_eq!(out.len(), self.factor.size(), "one place per vertex");
         out.fill(Vec3::ZERO);
         for (face, gradient) in self.edges.iter().zip(gradients) {
-            let (first, second) = (*gradient * face.edges[0], *gradient * face.edges[1]);
-            out[face.vertices[0] as usize] -= first + second;
-            out[face.vertices[1] as usize] += first;
-            out[face.vertices[2] as usize] += second;
+            face.add(face.edges.map(|edge| *gradient * edge), out);
         }
+        self.add_ties(|face| gradients[face], out);
+    }
+
+    /// Adds the ties between components to a right-hand side.
+    fn add_ties(&self, gradient: impl Fn(usize) -> Mat3, out: &mut [Vec3]) {
         for link in &self.links {
             let deformed = if link.faces.is_empty() {
                 link.edge
             } else {
-                let sum: Vec3 = link.faces.iter().map(|&face| gradients[face as usize] * link.edge).sum();
+                let sum: Vec3 = link.faces.iter().map(|&face| gradient(face as usize) * link.edge).sum();
                 sum / link.faces.len() as f64
             };
             out[link.ends[0] as usize] -= deformed;
             out[link.ends[1] as usize] += deformed;
         }
+    }
+}
+
+impl FaceEdges {
+    /// Adds where the edges go to a right-hand side.
+    #[inline(always)]
+    fn add(&self, [first, second]: [Vec3; 2], out: &mut [Vec3]) {
+        out[self.vertices[0] as usize] -= first + second;
+        out[self.vertices[1] as usize] += first;
+        out[self.vertices[2] as usize] += second;
     }
 }
 
@@ -167,6 +179,32 @@ impl GradientReconstruction {
     /// If there is not one gradient per face and one place in `out` per vertex.
     pub fn reconstruct(&self, gradients: &[Mat3], out: &mut [Vec3]) {
         self.system.right_side(gradients, out);
+        self.solve(out);
+    }
+
+    /// Begins a right-hand side: what [`Self::add_edges`] and [`Self::add_ties`] add to and [`Self::solve`] replaces by the
+    /// vertices. Together they do what [`Self::reconstruct`] does, without a matrix per face in between.
+    ///
+    /// # Panics
+    /// If there is not one place in `out` per vertex.
+    pub fn start(&self, out: &mut [Vec3]) {
+        assert_eq!(out.len(), self.system.factor.size(), "one place per vertex");
+        out.fill(Vec3::ZERO);
+    }
+
+    /// Adds where the gradient of a face takes its two edges (m) at its first corner, to the second and the third.
+    #[inline(always)]
+    pub fn add_edges(&self, face: usize, edges: [Vec3; 2], out: &mut [Vec3]) {
+        self.system.edges[face].add(edges, out);
+    }
+
+    /// Adds the ties between components; `gradient` is asked about the faces at their ends.
+    pub fn add_ties(&self, gradient: impl Fn(usize) -> Mat3, out: &mut [Vec3]) {
+        self.system.add_ties(gradient, out);
+    }
+
+    /// From the right-hand side to the vertices (m), with their centroid at the origin.
+    pub fn solve(&self, out: &mut [Vec3]) {
         self.system.factor.solve_points_in_elimination_order(out);
         let centre = centroid(out);
         for vertex in out {
@@ -210,8 +248,36 @@ impl ScreenedReconstruction {
     /// # Panics
     /// If there is not one gradient per face, and one place and one vertex in `out` per vertex.
     pub fn reconstruct(&self, gradients: &[Mat3], places: &[Vec3], out: &mut [Vec3]) {
-        assert_eq!(places.len(), out.len(), "one place per vertex");
         self.system.right_side(gradients, out);
+        self.solve(places, out);
+    }
+
+    /// Begins a right-hand side as [`GradientReconstruction::start`] does.
+    ///
+    /// # Panics
+    /// If there is not one place in `out` per vertex.
+    pub fn start(&self, out: &mut [Vec3]) {
+        assert_eq!(out.len(), self.system.factor.size(), "one place per vertex");
+        out.fill(Vec3::ZERO);
+    }
+
+    /// Adds where the gradient of a face takes its two edges (m) at its first corner.
+    #[inline(always)]
+    pub fn add_edges(&self, face: usize, edges: [Vec3; 2], out: &mut [Vec3]) {
+        self.system.edges[face].add(edges, out);
+    }
+
+    /// Adds the ties between components; `gradient` is asked about the faces at their ends.
+    pub fn add_ties(&self, gradient: impl Fn(usize) -> Mat3, out: &mut [Vec3]) {
+        self.system.add_ties(gradient, out);
+    }
+
+    /// From the right-hand side and one place (m) per vertex to the vertices (m).
+    ///
+    /// # Panics
+    /// If there is not one place per vertex.
+    pub fn solve(&self, places: &[Vec3], out: &mut [Vec3]) {
+        assert_eq!(places.len(), out.len(), "one place per vertex");
         for (&at, place) in self.system.factor.new_from_old().iter().zip(places) {
             out[at as usize] += self.weight * *place;
         }

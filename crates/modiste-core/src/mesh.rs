@@ -31,6 +31,7 @@ impl Mesh {
 }
 
 /// The three corners of a face.
+#[inline]
 pub fn corners(face: [u32; 3], x: &[Vec3]) -> [Vec3; 3] {
     face.map(|vertex| x[vertex as usize])
 }

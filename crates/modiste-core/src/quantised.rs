@@ -102,6 +102,25 @@ impl<T: Step> QuantisedBasis<T> {
         rows.flat_map(|(&scale, row)| row.iter().map(move |&value| scale * number(value))).collect()
     }
 
+    /// A basis whose components are made from those of this one, one after the other.
+    ///
+    /// # Errors
+    /// Components of another size than the first, or a number that is not finite.
+    pub fn map(&self, new: impl Fn(&[f32]) -> Vec<f32>) -> Result<Self, SolveError> {
+        let mut made = Self { dimensions: 0, scales: Vec::new(), values: Vec::new() };
+        for (&scale, row) in self.scales.iter().zip(self.values.chunks(self.dimensions.max(1))) {
+            let row: Vec<f32> = row.iter().map(|&value| scale * number(value)).collect();
+            let row = new(&row);
+            let width = if made.scales.is_empty() { row.len() } else { made.dimensions };
+            check_size("numbers of a component", width, row.len())?;
+            let one = Self::from_f32(&row, 1, width)?;
+            made.dimensions = width;
+            made.scales.extend(one.scales);
+            made.values.extend(one.values);
+        }
+        Ok(made)
+    }
+
     /// Writes `mean + sum_k c_k basis_k`; missing coefficients are 0, further ones are ignored.
     ///
     /// # Panics
@@ -110,23 +129,25 @@ impl<T: Step> QuantisedBasis<T> {
         let n = self.dimensions;
         assert_eq!(mean.len(), n, "one number of the mean per dimension");
         assert_eq!(out.len(), n, "one number per dimension");
-        let factors: Vec<f32> =
-            coefficients.iter().zip(&self.scales).map(|(c, &scale)| (c * f64::from(scale)) as f32).collect();
+        // A list of factors would have to be allocated, so they are made again for every block.
+        let count = coefficients.len().min(self.scales.len());
+        let factor = |k: usize| (coefficients[k] * f64::from(self.scales[k])) as f32;
         for (block, (out, mean)) in out.chunks_mut(BLOCK).zip(mean.chunks(BLOCK)).enumerate() {
             out.copy_from_slice(mean);
             let length = out.len();
             let row = |k: usize| &self.values[k * n + block * BLOCK..][..length];
             // Four components at a time read and write the result once.
-            let mut quadruples = factors.chunks_exact(4);
             let mut k = 0;
-            for f in quadruples.by_ref() {
+            while k + 4 <= count {
+                let f = [k, k + 1, k + 2, k + 3].map(factor);
                 let (a, b, c, d) = (row(k), row(k + 1), row(k + 2), row(k + 3));
                 for i in 0..length {
                     out[i] += (f[0] * number(a[i]) + f[1] * number(b[i])) + (f[2] * number(c[i]) + f[3] * number(d[i]));
                 }
                 k += 4;
             }
-            for (k, &factor) in (k..).zip(quadruples.remainder()) {
+            for k in k..count {
+                let factor = factor(k);
                 for (value, &b) in out.iter_mut().zip(row(k)) {
                     *value += factor * number(b);
                 }
@@ -160,6 +181,17 @@ mod tests {
             assert!((restored - original).abs() <= 0.502 * coarse.scales()[i / n]);
             assert!(coarse.scales()[i / n] > 200.0 * quantised.scales()[i / n]);
         }
+    }
+
+    #[test]
+    fn components_are_mapped_one_by_one() {
+        let basis = QuantisedBasis::<i8>::from_f32(&[1.0, -2.0, 0.5, 0.25], 2, 2).unwrap();
+        let doubled = basis.map(|row| row.iter().flat_map(|value| [*value, 2.0 * value]).collect()).unwrap();
+        assert_eq!((doubled.count(), doubled.dimensions()), (2, 4));
+        for (found, wanted) in doubled.to_f32().iter().zip([1.0, 2.0, -2.0, -4.0, 0.5, 1.0, 0.25, 0.5]) {
+            assert!((found - wanted).abs() < 0.04, "{found} {wanted}");
+        }
+        assert!(basis.map(|row| vec![0.0; if row[0] > 0.9 { 1 } else { 2 }]).is_err());
     }
 
     #[test]

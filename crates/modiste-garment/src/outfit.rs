@@ -8,7 +8,7 @@ use modiste_core::{Topology, Vec3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use crate::refine::{Below, Cover, ExactReport, Fit, FitOptions, Left, Obstacle, upper_body};
+use crate::refine::{Below, Cover, ExactReport, Fit, FitOptions, Left, MOST, Obstacle, upper_body};
 use crate::{DrapeModel, GarmentError, GarmentFlags, Synthesis, Wrinkles};
 
 /// Distance from the faces of an inner garment at which the outside begins for those over it (m).
@@ -59,7 +59,9 @@ pub struct LayerReport {
 /// What happened in one frame.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct FrameReport {
-    /// Time to take in the posed body and to make all garments, side by side (s).
+    /// Time to pose the body, where that was left to [`Outfit::step_with`] (s).
+    pub body_seconds: f64,
+    /// Time beyond that until the body is taken in and all garments are made, side by side (s).
     pub prepare_seconds: f64,
     /// Time to find how the garments lie to the body (s).
     pub approach_seconds: f64,
@@ -83,7 +85,10 @@ impl FrameReport {
 
     /// Time of the whole frame (s).
     pub fn seconds(&self) -> f64 {
-        self.prepare_seconds + self.approach_seconds + self.layers.iter().map(|layer| layer.fit_seconds).sum::<f64>()
+        self.body_seconds
+            + self.prepare_seconds
+            + self.approach_seconds
+            + self.layers.iter().map(|layer| layer.fit_seconds).sum::<f64>()
     }
 }
 
@@ -221,18 +226,37 @@ impl Outfit {
 
     /// The next frame: `body` are the vertices of the body in `pose`. Frames follow each other at the rate of the models.
     pub fn step(&mut self, pose: &Pose, body: &[Vec3]) -> &FrameReport {
+        self.step_with(pose, || body)
+    }
+
+    /// [`Self::step`] with a body that `pose_body` poses meanwhile, as most of a garment is made without it.
+    pub fn step_with<'a>(&mut self, pose: &Pose, pose_body: impl FnOnce() -> &'a [Vec3] + Send) -> &FrameReport {
+        // From outside of a thread pool each of the many small tasks of a frame would have to be handed over to it.
+        rayon::join(|| self.step_in_pool(pose, pose_body), || ());
+        &self.report
+    }
+
+    fn step_in_pool<'a>(&mut self, pose: &Pose, pose_body: impl FnOnce() -> &'a [Vec3] + Send) {
         let Self { body: surface, layers, cover, report } = self;
         cover.clear();
         let started = Instant::now();
+        let take_in = || {
+            let body = pose_body();
+            let posed = started.elapsed().as_secs_f64();
+            surface.update(body);
+            (body, posed)
+        };
         let make = || {
             layers.par_iter_mut().zip(&mut report.layers).for_each(|(layer, report)| {
                 let started = Instant::now();
-                layer.vertices.copy_from_slice(layer.synthesis.step(pose, body));
+                layer.synthesis.make(pose);
                 report.synthesis_seconds = started.elapsed().as_secs_f64();
             });
         };
-        rayon::join(|| surface.update(body), make);
-        report.prepare_seconds = started.elapsed().as_secs_f64();
+        let ((body, posed), ()) = rayon::join(take_in, make);
+        layers.par_iter_mut().for_each(|layer| layer.vertices.copy_from_slice(layer.synthesis.place(body)));
+        report.body_seconds = posed;
+        report.prepare_seconds = started.elapsed().as_secs_f64() - posed;
         let started = Instant::now();
         layers.par_iter_mut().for_each(|Layer { fit, vertices, .. }| fit.approach(surface, vertices));
         report.approach_seconds = started.elapsed().as_secs_f64();
@@ -240,18 +264,25 @@ impl Outfit {
             let (inner, rest) = layers.split_at_mut(index);
             let Layer { fit, vertices, surface: own_surface, body_members, covered_faces, .. } = &mut rest[0];
             let started = Instant::now();
-            let mut below = vec![Below { obstacle: surface, members: body_members }];
-            below.extend(inner.iter().filter_map(|layer| {
-                layer.surface.as_ref().map(|obstacle| Below { obstacle, members: &layer.members })
-            }));
-            let exact = fit.fit(&below, cover, vertices);
+            let body = Below { obstacle: surface, members: body_members };
+            let worn = inner
+                .iter()
+                .filter_map(|layer| layer.surface.as_ref().map(|obstacle| Below { obstacle, members: &layer.members }));
+            let (mut below, mut count) = ([body; MOST], 0);
+            for (place, surface) in below.iter_mut().zip(std::iter::once(body).chain(worn)) {
+                *place = surface;
+                count += 1;
+            }
+            let exact = fit.fit(&below[..count], cover, vertices);
             if let Some(own) = own_surface {
-                fit.update_surface(vertices, own);
-                fit.lay_on(surface, covered_faces, cover, CLOTH_THICKNESS);
+                let fit = &*fit;
+                rayon::join(
+                    || fit.update_surface(vertices, own),
+                    || fit.lay_on(surface, covered_faces, cover, CLOTH_THICKNESS),
+                );
             }
             *report = layer_report(exact, report.synthesis_seconds, started.elapsed().as_secs_f64());
         }
-        &self.report
     }
 }
 

@@ -13,6 +13,13 @@ const UPPER_CHEST: f64 = 0.45;
 /// A head is seen to face forwards by what lies this far before the middle of the skull and behind it (m).
 const FACE: f64 = 0.03;
 
+/// Furthest that the way of a bust in one frame may differ from that in the frame before (m), 14 g at 30 frames a second, and
+/// furthest that its turn may (rad). People who run, jump and shake their heads stay below 0.06 m and 0.4 rad.
+const JERK: [f64; 2] = [0.15, 1.0];
+/// Furthest that the tracked vertices may move within the bust from one frame to the next (m, root of mean square); below
+/// 0.07 m in captured motion.
+const TWITCH: f64 = 0.15;
+
 /// Where a bust is: mean position `p_t` and heading `r_t` about Y, 0 towards +Z.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
@@ -50,6 +57,17 @@ impl Frame {
     /// A point of canonical space in the world.
     pub fn to_world(&self, canonical: Vec3) -> Vec3 {
         self.rotation() * canonical + self.position
+    }
+
+    /// Whether a bust cannot have come from `before`, the older first, to here by moving: the clip has been cut, or the person
+    /// was put elsewhere. `shift` is by how much the coefficients of the bust have changed (m).
+    pub fn is_cut(&self, before: [&Self; 2], shift: f64) -> bool {
+        let way = |from: &Self, to: &Self| to.position - from.position;
+        let turn = |from: &Self, to: &Self| (to.heading - from.heading).sin().atan2((to.heading - from.heading).cos());
+        let [older, newer] = before;
+        let jerk = way(newer, self).distance(way(older, newer));
+        let twist = (turn(newer, self) - turn(older, newer)).abs();
+        !(jerk <= JERK[0] && twist <= JERK[1] && shift <= TWITCH * (TRACKED as f64).sqrt())
     }
 
     /// `z_{t,j}` of eq. 21: how the bust has moved since frame `earlier`, seen from there.
@@ -134,6 +152,11 @@ impl BustTrack {
     /// The vertices of the body that are followed.
     pub fn vertices(&self) -> &[u32] {
         &self.vertices
+    }
+
+    /// Which of the tracked vertices are the head's.
+    pub fn head(&self) -> Vec<u32> {
+        (0u32..).zip(&self.parts).filter(|(_, part)| **part == Part::Head).map(|(index, _)| index).collect()
     }
 
     /// Where the bust is, and its tracked vertices in canonical space (m), of a posed body.

@@ -1,11 +1,11 @@
 //! How near learned hair comes to simulated hair: the measurements of table 6.1.
 
-use modiste_core::Progress;
+use modiste_core::{Affine3, Progress};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::HairError;
-use crate::model::{Dynamics, HairModel};
+use crate::model::{BustState, Dynamics, HairModel};
 use crate::training::{Factors, TrainingFolder};
 
 /// Every so many frames, points are compared; the dynamics run through all.
@@ -22,7 +22,7 @@ pub struct CellError {
     pub test_cm: f64,
     /// The best that the components can do on the sequences held out (cm).
     pub projection_cm: f64,
-    /// What hair that stands still at its mean in the moving canonical space would be off by on these (cm).
+    /// What hair that lies still at its mean in the model's moving space would be off by on these (cm).
     pub still_cm: f64,
     /// Frames compared, learned from and held out.
     pub frames: [usize; 2],
@@ -54,19 +54,20 @@ pub fn evaluate(
     for (index, name) in names.iter().enumerate() {
         let recorded = folder.body(name)?;
         let count = recorded.frames.len();
-        let bust: Vec<Vec<f64>> =
-            recorded.bust.chunks_exact(recorded.bust.len() / count).map(|frame| model.bust_numbers(frame)).collect();
+        let poses: Vec<Affine3> =
+            recorded.busts().map(|(_, canonical)| model.space().pose(&canonical).inverse()).collect();
+        let busts: Vec<BustState> =
+            recorded.busts().map(|(frame, canonical)| model.bust_state(frame, canonical)).collect();
         for (cell, sums) in folder.recipe().cells.iter().zip(&mut sums) {
             let at = cells.iter().position(|other| other == cell).unwrap_or(0);
             let hair = folder.hair(name, at, count)?;
             let mut dynamics = Dynamics::new(model, Factors::of_cell(cell))?;
-            let predicted: Vec<Vec<f64>> =
-                recorded.frames.iter().zip(&bust).map(|(frame, x)| dynamics.step(*frame, x).to_vec()).collect();
+            let predicted: Vec<Vec<f64>> = busts.iter().map(|bust| dynamics.step(bust).to_vec()).collect();
             let frames: Vec<(usize, &[f32])> =
                 hair.chunks_exact(hair.len() / count).enumerate().step_by(EVERY).collect();
             let more = frames
                 .par_iter()
-                .map(|(t, wanted)| compare(model, &predicted[*t], wanted))
+                .map(|(t, wanted)| compare(model, &predicted[*t], &model.space().carry(&poses[*t], wanted)))
                 .reduce(Sums::default, Sums::join);
             let side = &mut sums[usize::from(recorded.held_out)];
             *side = side.join(more);

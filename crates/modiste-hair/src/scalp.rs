@@ -34,6 +34,45 @@ pub struct Root {
     pub barycentric: [f64; 3],
 }
 
+/// A part of the scalp, whose hair may have a length of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Region {
+    /// Over the forehead and the temples.
+    Front,
+    /// Over and behind the ears.
+    Sides,
+    /// Down to the nape.
+    Back,
+}
+
+impl Region {
+    /// All regions.
+    pub const ALL: [Self; 3] = [Self::Front, Self::Sides, Self::Back];
+
+    /// Name on the command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Front => "front",
+            Self::Sides => "sides",
+            Self::Back => "back",
+        }
+    }
+
+    /// The region of this name, if there is one.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|region| region.name() == name)
+    }
+
+    /// The region in a direction from the middle of the skull.
+    pub fn of(direction: Vec3) -> Self {
+        match azimuth(direction) {
+            angle if angle < 55.0 => Self::Front,
+            angle if angle < 125.0 => Self::Sides,
+            _ => Self::Back,
+        }
+    }
+}
+
 /// The middle of the skull (m) of a body in the template pose.
 pub fn skull_middle(body: &Body) -> Vec3 {
     let parts = body.model().vertex_parts();

@@ -32,7 +32,7 @@ pub struct Bust {
 /// Faces of the trunk nearer to an upper arm than this in the template pose (m) may be crossed by it.
 const ARM_REACH: f64 = 0.10;
 /// How far below cloth hair can come (m): what is further behind is on its other side, past a hem or a sleeve.
-const CLOTH_DEPTH: f64 = 0.03;
+pub(crate) const CLOTH_DEPTH: f64 = 0.03;
 /// Where a point of the surface is asked whether it can be seen from outside (m above it).
 const JUST_OUTSIDE: f64 = 1e-4;
 
@@ -189,6 +189,29 @@ impl Surface {
             return Some(self.contact_among_folds(p, at, distance, past));
         }
         Some(self.towards(p, at, distance))
+    }
+
+    /// The vertex nearest to a point, as the nearest corner of the nearest face, with its unit normal, if the surface is no
+    /// further than `reach` (m) and the point does not look past its rim. `likely` is a face to try first.
+    pub fn nearest_vertex(&self, p: Vec3, reach: f64, likely: u32) -> Option<(u32, Vec3)> {
+        let at = self.tree.closest_point_near(&self.x, p, reach, Some(likely))?;
+        let face = self.topology.faces()[at.face as usize];
+        let away = |vertex: u32| self.x[vertex as usize].distance_squared(p);
+        let vertex = face.into_iter().min_by(|&a, &b| away(a).total_cmp(&away(b)))?;
+        if self.rim[vertex as usize] {
+            return None;
+        }
+        let around = self.topology.vertex_faces(vertex as usize).iter();
+        let normal: Vec3 = around
+            .map(|&face| corners(self.topology.faces()[face as usize], &self.x))
+            .map(|[a, b, c]| (b - a).cross(c - a))
+            .sum();
+        Some((vertex, normal.normalize_or_zero()))
+    }
+
+    /// Whether a point is behind a sheet, by no more than it can be.
+    pub(crate) fn is_behind(&self, p: Vec3) -> bool {
+        self.contact(p, self.deepest, None).is_some_and(|contact| contact.distance < 0.0)
     }
 
     /// Whether a face may be crossed by others, so that distances to it say little of the next place.

@@ -10,7 +10,9 @@ use modiste_hair::collision::penetration_exact;
 use modiste_hair::model::{HairModel, LearnOptions, Provenance, learn};
 use modiste_hair::rod::{Material, Simulation, SimulationOptions, Wind};
 use modiste_hair::training::{Cell, Factors, Recipe, Sequence, TrainingFolder};
-use modiste_hair::{Bust, FullHair, Groom, POINTS, Style, WornHair, carry, evaluate, spread_roots};
+use modiste_hair::{
+    Bust, FullHair, Groom, POINTS, Region, Style, WornHair, carry, evaluate, skull_middle, spread_roots,
+};
 
 fn body() -> Body {
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets");
@@ -133,32 +135,103 @@ fn hair_is_learned_saved_and_worn_by_other_bodies() {
     let other = Recipe { guides: 25, ..recipe };
     assert!(TrainingFolder::open(folder.path().join("set"), other).is_err());
     let names: Vec<String> = sequences.iter().map(|sequence| sequence.name.clone()).collect();
-    let options = LearnOptions { hair_dimensions: 8, bust_dimensions: 3 };
-    let learned = learn(&set, &names, &body, &groom.roots, &options, &Silent).unwrap();
-    assert!(learned.energy > 0.8 && learned.model.stability(1).unwrap().iter().all(|style| style.2 < 1.0));
-    let error = &evaluate(&learned.model, &set, &names, &Silent).unwrap()[0];
-    assert!(error.test_cm < error.still_cm, "{error:?}");
+    for plain in [true, false] {
+        let options = LearnOptions { hair_dimensions: 8, bust_dimensions: 3, plain };
+        let learned = learn(&set, &names, &body, &groom.roots, &options, &Silent).unwrap();
+        assert!(learned.energy > 0.8 && learned.model.stability(1).unwrap().iter().all(|style| style.2 < 1.0));
+        let error = &evaluate(&learned.model, &set, &names, &Silent).unwrap()[0];
+        assert!(error.test_cm < error.still_cm, "{error:?}");
 
-    let file = folder.path().join("hair.safetensors");
-    learned.model.save(&file, &Provenance::default()).unwrap();
-    let model = Arc::new(HairModel::load(&file).unwrap());
-    assert_eq!((model.guide_count(), model.layout()), (24, learned.model.layout()));
-    let tall = body.model().body(&[1.5, -1.0]).unwrap();
-    let motion = shaking(&tall, 20, 1.0);
-    let (mut vertices, bust) = (Vec::new(), Bust::new(tall.model()).unwrap());
-    let mut worn = WornHair::new(&model, &tall, Factors::default()).unwrap();
-    for pose in &motion.frames {
-        tall.pose(pose, &mut vertices);
-        worn.step(pose, &vertices, &[]).unwrap();
-        let found = penetration_exact(worn.points(), &bust.surface(&vertices));
-        assert!(found.inside == 0, "{found:?}");
-        for (root, guide) in model.roots().iter().zip(worn.points().chunks_exact(POINTS)) {
-            assert!(guide[0].distance(root.position(tall.model().topology(), &vertices)) < 1e-5);
+        let file = folder.path().join("hair.safetensors");
+        learned.model.save(&file, &Provenance::default()).unwrap();
+        let model = Arc::new(HairModel::load(&file).unwrap());
+        assert_eq!((model.guide_count(), model.layout()), (24, learned.model.layout()));
+        let tall = body.model().body(&[1.5, -1.0]).unwrap();
+        let motion = shaking(&tall, 20, 1.0);
+        let (mut vertices, bust) = (Vec::new(), Bust::new(tall.model()).unwrap());
+        let mut worn = WornHair::new(&model, &tall, Factors::default()).unwrap();
+        for pose in &motion.frames {
+            tall.pose(pose, &mut vertices);
+            worn.step(pose, &vertices, &[]).unwrap();
+            let found = penetration_exact(worn.points(), &bust.surface(&vertices));
+            assert!(found.inside == 0, "{found:?}");
+            for (root, guide) in model.roots().iter().zip(worn.points().chunks_exact(POINTS)) {
+                assert!(guide[0].distance(root.position(tall.model().topology(), &vertices)) < 1e-5);
+            }
+        }
+        let full = FullHair::new(&tall, model.roots(), worn.points(), 50, 1).unwrap();
+        assert_eq!(full.points(tall.model().topology(), &vertices, worn.points()).len(), 50 * POINTS);
+        assert_eq!(model.densified(&body, 60).unwrap().guide_count(), 60);
+        // A cut in the motion: hair comes along as it lies on the head, however far that is, and stays as long as it is.
+        let mut twin = WornHair::new(&model, &tall, Factors::default()).unwrap();
+        for pose in &motion.frames {
+            tall.pose(pose, &mut vertices);
+            twin.step(pose, &vertices, &[]).unwrap();
+        }
+        for _ in 0..40 {
+            let mut after = |hair: &mut WornHair, put: Vec3| -> Vec<Vec3> {
+                let mut pose = motion.frames[19].clone();
+                pose.root_translation += put;
+                tall.pose(&pose, &mut vertices);
+                hair.step(&pose, &vertices, &[]).unwrap();
+                hair.points().iter().map(|p| *p - put).collect()
+            };
+            let (here, there) =
+                (after(&mut worn, Vec3::new(7.0, 0.0, -3.0)), after(&mut twin, Vec3::new(-0.4, 0.0, 20.0)));
+            for (guide, other) in here.chunks_exact(POINTS).zip(there.chunks_exact(POINTS)) {
+                let apart = guide.iter().zip(other).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+                assert!(apart < 1e-4, "{apart} m, plain {plain}");
+                assert!(guide.iter().all(|p| p.distance(guide[0]) < 0.3), "hair of 0.24 m has grown, plain {plain}");
+            }
+        }
+        let styled = Factors::new(0.5, 0.5);
+        assert!(WornHair::new(&model, &tall, styled).unwrap_err().to_string().contains("the only one"));
+    }
+}
+
+#[test]
+fn regions_of_the_scalp_have_lengths_of_their_own() {
+    let body = body();
+    let folder = tempfile::tempdir().unwrap();
+    let cells = Cell::STYLES.to_vec();
+    let recipe = Recipe { style: Style::Long, guides: 24, seed: 3, cells: cells.clone(), source: None };
+    let set = TrainingFolder::open(folder.path().join("set"), recipe).unwrap();
+    let sequences = [("made_0", 0.6), ("made_1", 1.1)];
+    let sequences = sequences.map(|(name, rate)| Sequence {
+        name: name.to_owned(),
+        motion: shaking(&body, 60, rate),
+        held_out: false,
+    });
+    let grooms: Vec<Groom> =
+        cells.iter().map(|cell| Groom::grow(&body, Style::Long, cell.length, 24, 3).unwrap()).collect();
+    set.simulate(&body, &grooms, &sequences, &Silent).unwrap();
+    let names: Vec<String> = sequences.iter().map(|sequence| sequence.name.clone()).collect();
+    let options = LearnOptions { hair_dimensions: 8, bust_dimensions: 3, plain: false };
+    let model = learn(&set, &names, &body, &grooms[0].roots, &options, &Silent).unwrap().model.shared();
+    let mut hair = [
+        WornHair::new(&model, &body, Factors::new(1.0, 0.5)).unwrap(),
+        WornHair::new(&model, &body, Factors::new(0.0, 0.5)).unwrap(),
+        WornHair::mixed(&model, &body, Factors::new(1.0, 0.5), &[(Region::Front, 0.0)]).unwrap(),
+    ];
+    let mut vertices = Vec::new();
+    for pose in &shaking(&body, 12, 0.8).frames {
+        body.pose(pose, &mut vertices);
+        for hair in &mut hair {
+            hair.step(pose, &vertices, &[]).unwrap();
         }
     }
-    let full = FullHair::new(&tall, model.roots(), worn.points(), 50, 1).unwrap();
-    assert_eq!(full.points(tall.model().topology(), &vertices, worn.points()).len(), 50 * POINTS);
-    assert_eq!(model.densified(&body, 60).unwrap().guide_count(), 60);
-    let styled = Factors::new(0.5, 0.5);
-    assert!(WornHair::new(&model, &tall, styled).unwrap_err().to_string().contains("the only one"));
+    let [long, short, mixed] = hair.each_ref().map(WornHair::points);
+    let middle = skull_middle(&body);
+    let mut seen = 0;
+    for (guide, root) in model.roots().iter().enumerate() {
+        let front = Region::of(root.position(body.model().topology(), body.rest_vertices()) - middle) == Region::Front;
+        let points = guide * POINTS..(guide + 1) * POINTS;
+        let reach = |points: &[Vec3]| modiste_hair::arc_length(points);
+        let (wanted, other) = if front { (short, long) } else { (long, short) };
+        let [own, wanted, other] = [mixed, wanted, other].map(|hair| reach(&hair[points.clone()]));
+        assert!((own - wanted).abs() < 0.5 * (own - other).abs(), "guide {guide}: {own} {wanted} {other}");
+        seen += usize::from(front);
+    }
+    assert!((3..21).contains(&seen), "{seen}");
+    assert!(WornHair::mixed(&model, &body, Factors::default(), &[(Region::Back, 9.0)]).is_err());
 }

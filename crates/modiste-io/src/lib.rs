@@ -39,7 +39,7 @@ pub use file::{
     unpacked, write_atomically, write_bytes, write_in_place,
 };
 pub use hash::hash;
-pub use staged::StagedFolder;
+pub use staged::{StagedFolder, TemporaryFolder};
 
 /// A folder of the shared data beside the repository, for tests; says so and gives `None` where it is absent.
 #[cfg(test)]

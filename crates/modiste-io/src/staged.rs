@@ -6,6 +6,26 @@ use std::path::{Path, PathBuf};
 
 use crate::{IoError, create_folder, list_folder};
 
+/// A folder for files that are needed for a while; it goes when this is dropped.
+#[derive(Debug)]
+pub struct TemporaryFolder(tempfile::TempDir);
+
+impl TemporaryFolder {
+    /// Makes one where the system keeps such folders.
+    ///
+    /// # Errors
+    /// [`IoError::File`] when it cannot be made.
+    pub fn new() -> Result<Self, IoError> {
+        let made = tempfile::Builder::new().prefix("modiste-").tempdir();
+        made.map(Self).map_err(|source| IoError::file("write the folder", &std::env::temp_dir(), source))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        self.0.path()
+    }
+}
+
 /// A hidden folder beside its target, in which results are collected.
 ///
 /// [`StagedFolder::commit`] moves them to the target; dropped before that, it removes them and the target stays as it was.

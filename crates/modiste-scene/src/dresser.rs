@@ -4,11 +4,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use modiste_body::{Body, Pose};
-use modiste_core::Vec3;
+use modiste_core::{Mat3, Vec3};
 use modiste_garment::refine::FitOptions;
 use modiste_garment::{DrapeModel, FrameReport, GarmentFlags, Outfit};
 
-use crate::timing::timed;
 use crate::{Person, SceneError, Stage};
 
 /// A person in motion. Everything that is constant is made once; [`step`](Self::step) goes from a pose to the vertices of
@@ -21,6 +20,8 @@ pub struct Dresser {
     body: Body,
     outfit: Outfit,
     vertices: Vec<Vec3>,
+    /// Memory to pose the body.
+    gradients: Vec<Mat3>,
     times: [Duration; Stage::COUNT],
 }
 
@@ -32,15 +33,19 @@ impl Dresser {
     pub fn new(person: &Person, options: &FitOptions) -> Result<Self, SceneError> {
         let outfit = Outfit::new(person.body(), person.garments(), options)?;
         let vertices = person.body().rest_vertices().to_vec();
-        Ok(Self { body: person.body().clone(), outfit, vertices, times: [Duration::ZERO; Stage::COUNT] })
+        let times = [Duration::ZERO; Stage::COUNT];
+        Ok(Self { body: person.body().clone(), outfit, vertices, gradients: Vec::new(), times })
     }
 
     /// The next frame.
     pub fn step(&mut self, pose: &Pose) -> &FrameReport {
-        let ((), posing) = timed(|| self.body.pose(pose, &mut self.vertices));
-        let report = self.outfit.step(pose, &self.vertices);
-        let fit = report.seconds() - report.prepare_seconds;
-        self.times = [posing, Duration::from_secs_f64(report.prepare_seconds), Duration::from_secs_f64(fit)];
+        let Self { body, outfit, vertices, gradients, times } = self;
+        let report = outfit.step_with(pose, || {
+            body.pose_with(pose, gradients, vertices);
+            &*vertices
+        });
+        let fit = report.seconds() - report.body_seconds - report.prepare_seconds;
+        *times = [report.body_seconds, report.prepare_seconds, fit].map(|time| Duration::from_secs_f64(time.max(0.0)));
         report
     }
 
@@ -79,7 +84,8 @@ impl Dresser {
         self.outfit.report().layers[layer].flags()
     }
 
-    /// What the last frame took, by [`Stage`].
+    /// What the last frame took, by [`Stage`]. On more than one thread garments are made while the body is posed; then
+    /// [`Stage::Synthesis`] is what is left to wait for when it is.
     pub fn times(&self) -> [Duration; Stage::COUNT] {
         self.times
     }

@@ -9,7 +9,7 @@ use modiste_garment::DrapeModel;
 use modiste_hair::collision::{Penetration, penetration_exact};
 use modiste_hair::model::HairModel;
 use modiste_hair::training::Factors;
-use modiste_hair::{Bust, FullHair, HairTimes, POINTS, Surface, WornHair};
+use modiste_hair::{Bust, FullHair, HairTimes, POINTS, Region, Surface, WornHair};
 use modiste_io::IoError;
 use modiste_io::animated::AnimatedMesh;
 use serde::{Deserialize, Serialize};
@@ -39,6 +39,8 @@ pub struct WornStyle {
     pub model: Arc<HairModel>,
     /// Factors at the first and at the last frame; evenly between.
     pub factors: [Factors; 2],
+    /// Length factors of regions of the scalp that have their own.
+    pub lengths: Vec<(Region, f64)>,
 }
 
 /// What the report says of hair.
@@ -56,6 +58,12 @@ pub struct HairReport {
     pub points_inside: usize,
     /// Depth of the deepest (mm).
     pub deepest_mm: f64,
+    /// Points just behind clothing by its triangles, as stored.
+    #[serde(default)]
+    pub points_behind_clothes: usize,
+    /// How far the furthest of them is behind (mm).
+    #[serde(default)]
+    pub deepest_behind_clothes_mm: f64,
 }
 
 /// Hair in motion.
@@ -91,6 +99,7 @@ pub(crate) struct HairRecorder {
     track: Option<HairTrack>,
     times: Vec<HairTimes>,
     inside: Penetration,
+    behind: Penetration,
 }
 
 impl HairRecorder {
@@ -106,7 +115,7 @@ impl HairRecorder {
         });
         let bust = Bust::new(body.model())?;
         Ok(Self {
-            worn: WornHair::new(&style.model, body, style.factors[0])?,
+            worn: WornHair::mixed(&style.model, body, style.factors[0], &style.lengths)?,
             factors: style.factors,
             total,
             body: body.clone(),
@@ -116,6 +125,7 @@ impl HairRecorder {
             track: None,
             times: Vec::new(),
             inside: Penetration::default(),
+            behind: Penetration::default(),
         })
     }
 
@@ -140,6 +150,8 @@ impl HairRecorder {
         let points = stored(self.worn.points());
         let as_stored: Vec<Vec3> = points.iter().map(|p| Vec3::from_array(p.map(f64::from))).collect();
         self.inside = self.inside.join(penetration_exact(&as_stored, &self.surface));
+        self.behind =
+            self.clothes.iter().fold(self.behind, |behind, cloth| behind.join(penetration_exact(&as_stored, cloth)));
         match &mut self.track {
             Some(track) => track.frames.push(points),
             None => {
@@ -155,6 +167,8 @@ impl HairRecorder {
                         points: 0,
                         points_inside: 0,
                         deepest_mm: 0.0,
+                        points_behind_clothes: 0,
+                        deepest_behind_clothes_mm: 0.0,
                     },
                     strands: full(STRANDS)?,
                     strips: full(STRIPS)?,
@@ -171,6 +185,8 @@ impl HairRecorder {
         track.report.points = self.inside.points;
         track.report.points_inside = self.inside.inside;
         track.report.deepest_mm = 1e3 * self.inside.deepest;
+        track.report.points_behind_clothes = self.behind.inside;
+        track.report.deepest_behind_clothes_mm = 1e3 * self.behind.deepest;
         Some(track)
     }
 }

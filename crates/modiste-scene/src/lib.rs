@@ -25,4 +25,4 @@ pub use format::Format;
 pub use hair::{HairReport, HairTrack, WornStyle};
 pub use machine::{Machine, Memory, reset_peak_memory};
 pub use person::Person;
-pub use timing::{Stage, Summary, Timing};
+pub use timing::{Stage, Summary, Timing, time_frames};

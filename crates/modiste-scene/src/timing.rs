@@ -1,8 +1,11 @@
 //! Time per frame and stage.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
+use modiste_body::Motion;
 use serde::{Deserialize, Serialize};
+
+use crate::Dresser;
 
 /// The stages of a frame, in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -73,11 +76,15 @@ impl Timing {
     }
 }
 
-/// Runs something and says how long it took.
-pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
-    let start = Instant::now();
-    let result = work();
-    (result, start.elapsed())
+/// Lets somebody move for some frames, there and back again so that any number of them is one motion.
+pub fn time_frames(dresser: &mut Dresser, motion: &Motion, frames: usize) -> Timing {
+    let mut timing = Timing::default();
+    let there = motion.frames.iter();
+    for pose in there.clone().chain(there.rev()).cycle().take(frames) {
+        dresser.step(pose);
+        timing.push(dresser.times());
+    }
+    timing
 }
 
 pub(crate) fn summarise(times: impl Iterator<Item = Duration>) -> Option<Summary> {

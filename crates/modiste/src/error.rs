@@ -86,6 +86,14 @@ pub enum JobError {
         /// What there is.
         known: Vec<String>,
     },
+    /// An outfit that is not measured.
+    #[error("there is no outfit `{name}` to measure; known: {}", list(.known))]
+    UnknownOutfit {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
     /// Hair that no model was learned for.
     #[error("there is no hair `{name}`; known: {}. Learn it by `modiste hair learn --style STYLE --out hair.safetensors` and name the file", list(.known))]
     UnknownHair {

@@ -19,13 +19,13 @@ pub use jobs::{
     BodyMeasure, BodyPopulation, BodyTrain, Character, Check, Checked, Crowd, CrowdReport, DesignChoice, Dress,
     Dressed, EvaluatedGarment, GarmentEvaluate, GarmentImport, GarmentLearn, GarmentSimulate, GarmentTrain, HairChoice,
     HairLearn, Job, LearnedGarment, LearnedHair, Length, MadeBody, MadeCrowd, MadePopulation, MeasuredBody,
-    MotionChoice, Outcome, SimulatedGarment, TrainedBody, TrainedGarment, UpAxis, run,
+    MotionChoice, Outcome, Resolution, SimulatedGarment, TrainedBody, TrainedGarment, UpAxis, run,
 };
 pub use limits::{LONGEST_SECONDS, limits};
 pub use modiste_body::{Gender, measure::Measurements, measure::Quantity};
 pub use modiste_garment::check;
-pub use modiste_hair::Style as HairStyle;
 pub use modiste_hair::training::WindDirection;
+pub use modiste_hair::{Region as HairRegion, Style as HairStyle};
 pub use modiste_scene::{FlaggedFrames, Format, Region, Report};
 pub use sources::Sources;
 pub use stream::{Events, Update, start};

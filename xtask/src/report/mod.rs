@@ -7,16 +7,19 @@ mod garments;
 mod hair;
 mod make;
 mod page;
+mod penetration;
 mod physics;
 mod plot;
 mod population;
 mod scape;
+mod speed;
 mod timing;
 mod trials;
 mod wrinkles;
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
@@ -35,6 +38,9 @@ pub(crate) struct Arguments {
     /// Measure only these sections, with commas between; the others keep their figures.
     #[arg(long, value_delimiter = ',')]
     only: Vec<String>,
+    /// Stop measuring what goes on where it was stopped after so many minutes, and report what was done.
+    #[arg(long, value_name = "NUMBER")]
+    minutes: Option<f64>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -47,6 +53,10 @@ enum Which {
     Physics,
     /// Learned hair beside the figures of Guan's chapter 6.
     Hair,
+    /// What a frame costs beside DRAPE's table 1 and our own physics, and how that grows.
+    Speed,
+    /// What is left inside the body over many motions and bodies; a long run, which goes on where it was stopped.
+    Penetration,
 }
 
 impl Which {
@@ -57,6 +67,8 @@ impl Which {
             Self::Garments => "garments",
             Self::Physics => "physics",
             Self::Hair => "hair",
+            Self::Speed => "speed",
+            Self::Penetration => "penetration",
         }
     }
 
@@ -66,6 +78,17 @@ impl Which {
             Self::Garments => "What the learned garments are worth",
             Self::Physics => "Whether the simulation behaves like cloth",
             Self::Hair => "What learned hair is worth",
+            Self::Speed => "What a frame costs",
+            Self::Penetration => "Whether anything shows through",
+        }
+    }
+
+    /// What it says of bodies and motions.
+    fn held_out(self) -> &'static str {
+        match self {
+            Self::Main | Self::Garments | Self::Physics | Self::Hair => " Bodies and motions here were not trained on.",
+            // The sections say which motions they take.
+            Self::Speed | Self::Penetration => "",
         }
     }
 
@@ -75,6 +98,8 @@ impl Which {
             Self::Garments => &GARMENTS,
             Self::Physics => &PHYSICS,
             Self::Hair => &HAIR,
+            Self::Speed => &SPEED,
+            Self::Penetration => &PENETRATION,
         }
     }
 }
@@ -82,33 +107,54 @@ impl Which {
 /// One topic: its name, which is also its file's, and what measures it.
 struct Section {
     name: &'static str,
-    measure: fn() -> Result<Page>,
+    measure: Measure,
 }
 
-const GARMENTS: [Section; 1] = [Section { name: "garments", measure: garments::measure }];
+/// How a section is measured.
+#[derive(Clone, Copy)]
+enum Measure {
+    /// As a whole.
+    Whole(fn() -> Result<Page>),
+    /// Bit by bit, for as long as there is time; what was done before counts.
+    Long(fn(Option<Duration>) -> Result<Page>),
+}
+
+const GARMENTS: [Section; 1] = [Section { name: "garments", measure: Measure::Whole(garments::measure) }];
 
 const PHYSICS: [Section; 4] = [
-    Section { name: "fabrics", measure: cloth::fabrics::measure },
-    Section { name: "convergence", measure: cloth::convergence::measure },
-    Section { name: "wear", measure: cloth::wear::measure },
-    Section { name: "cost", measure: cloth::cost::measure },
+    Section { name: "fabrics", measure: Measure::Whole(cloth::fabrics::measure) },
+    Section { name: "convergence", measure: Measure::Whole(cloth::convergence::measure) },
+    Section { name: "wear", measure: Measure::Whole(cloth::wear::measure) },
+    Section { name: "cost", measure: Measure::Whole(cloth::cost::measure) },
 ];
 
 const HAIR: [Section; 3] = [
-    Section { name: "errors", measure: hair::errors },
-    Section { name: "collision", measure: hair::collision },
-    Section { name: "times", measure: hair::times },
+    Section { name: "errors", measure: Measure::Whole(hair::errors) },
+    Section { name: "collision", measure: Measure::Whole(hair::collision) },
+    Section { name: "times", measure: Measure::Whole(hair::times) },
+];
+
+const SPEED: [Section; 4] = [
+    Section { name: "frames", measure: Measure::Whole(speed::frames::measure) },
+    Section { name: "physics", measure: Measure::Whole(speed::physics::measure) },
+    Section { name: "growth", measure: Measure::Whole(speed::growth::measure) },
+    Section { name: "crowd", measure: Measure::Whole(speed::crowd::measure) },
+];
+
+const PENETRATION: [Section; 2] = [
+    Section { name: "penetration", measure: Measure::Long(penetration::measure) },
+    Section { name: "flicker", measure: Measure::Whole(penetration::flicker::measure) },
 ];
 
 const MAIN: [Section; 8] = [
-    Section { name: "population", measure: population::measure },
-    Section { name: "scape", measure: scape::measure },
-    Section { name: "make", measure: make::measure },
-    Section { name: "physics", measure: physics::measure },
-    Section { name: "shape", measure: garment_shape::measure },
-    Section { name: "wrinkles", measure: wrinkles::measure },
-    Section { name: "fit", measure: fit::measure },
-    Section { name: "timing", measure: timing::measure },
+    Section { name: "population", measure: Measure::Whole(population::measure) },
+    Section { name: "scape", measure: Measure::Whole(scape::measure) },
+    Section { name: "make", measure: Measure::Whole(make::measure) },
+    Section { name: "physics", measure: Measure::Whole(physics::measure) },
+    Section { name: "shape", measure: Measure::Whole(garment_shape::measure) },
+    Section { name: "wrinkles", measure: Measure::Whole(wrinkles::measure) },
+    Section { name: "fit", measure: Measure::Whole(fit::measure) },
+    Section { name: "timing", measure: Measure::Whole(timing::measure) },
 ];
 
 /// `report.json`: the figures of all sections.
@@ -132,10 +178,16 @@ pub(crate) fn run(arguments: &Arguments) -> Result<()> {
     }
     let folder = workspace_root().join("calibration").join(which.name());
     let wanted = |name: &str| arguments.only.is_empty() || arguments.only.iter().any(|only| only == name);
+    let time = arguments.minutes.map(|minutes| Duration::try_from_secs_f64(60.0 * minutes)).transpose();
+    let time = time.context("--minutes")?;
     let mut failures = Vec::new();
     for section in sections.iter().filter(|section| wanted(section.name)) {
         println!("measuring {}", section.name);
-        match (section.measure)().with_context(|| format!("section {}", section.name)) {
+        let measured = match section.measure {
+            Measure::Whole(measure) => measure(),
+            Measure::Long(measure) => measure(time),
+        };
+        match measured.with_context(|| format!("section {}", section.name)) {
             Ok(page) => {
                 page.print();
                 keep(which, &folder, section.name, page)?;
@@ -171,10 +223,10 @@ fn keep(which: Which, folder: &Path, name: &str, page: Page) -> Result<()> {
 /// The report as a page: all claims first, then the sections in their order.
 fn markdown(which: Which, report: &Report) -> String {
     let mut text = format!(
-        "# {}\n\nWritten by `cargo xtask report {}`; the figures are in `report.json`. Bodies and motions here were not \
-         trained on.\n\n",
+        "# {}\n\nWritten by `cargo xtask report {}`; the figures are in `report.json`.{}\n\n",
         which.title(),
-        which.name()
+        which.name(),
+        which.held_out()
     );
     text += &format!(
         "Machine: {}, {} threads, {}.\n\n",

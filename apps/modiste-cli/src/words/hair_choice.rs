@@ -1,9 +1,9 @@
 //! The words for how hair is worn.
 
 use clap::Args;
-use modiste::{HairChoice, WindDirection};
+use modiste::{HairChoice, HairRegion, WindDirection};
 
-use super::wind;
+use super::{region_length, wind};
 
 /// How hair is worn by somebody who is dressed.
 #[derive(Debug, Args)]
@@ -20,6 +20,9 @@ pub(crate) struct HairArguments {
     /// Wind: its strength and where it blows to, seen from the person: +z ahead, +x to their left.
     #[arg(long, value_name = "STRENGTH,DIRECTION", value_parser = wind, requires = "hair", allow_hyphen_values = true)]
     wind: Option<(f64, WindDirection)>,
+    /// Length factors of regions of their own: front, sides or back, such as `front=0.1,back=1`.
+    #[arg(long, value_name = "REGION=FACTOR", value_delimiter = ',', value_parser = region_length, requires = "hair")]
+    hair_mix: Vec<(HairRegion, f64)>,
 }
 
 impl HairArguments {
@@ -29,6 +32,7 @@ impl HairArguments {
             length: [self.hair_length; 2],
             softness: [self.hair_softness; 2],
             wind: self.wind,
+            lengths: self.hair_mix.clone(),
         })
     }
 }

@@ -5,6 +5,7 @@ mod count;
 mod formats;
 mod gender;
 mod hair_choice;
+mod region;
 mod sources;
 mod wind;
 
@@ -13,5 +14,6 @@ pub(crate) use count::count;
 pub(crate) use formats::{FormatName, formats};
 pub(crate) use gender::GenderName;
 pub(crate) use hair_choice::HairArguments;
+pub(crate) use region::region_length;
 pub(crate) use sources::{SourceArguments, sources};
 pub(crate) use wind::wind;

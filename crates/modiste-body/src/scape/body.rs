@@ -89,24 +89,25 @@ impl Body {
     /// Writes the vertices (m) in a pose: the mesh that fits `R D Q` best, every part held where its joint is, the pelvis
     /// joint at `pose.root_translation`.
     pub fn pose(&self, pose: &Pose, out: &mut Vec<Vec3>) {
+        self.pose_with(pose, &mut Vec::new(), out);
+    }
+
+    /// [`Self::pose`] with memory that is kept from frame to frame, so that none is asked for.
+    pub fn pose_with(&self, pose: &Pose, scratch: &mut Vec<Mat3>, out: &mut Vec<Vec3>) {
         let data = &self.model.data;
         let quaternions = pose.world_quaternions();
         let matrices = quaternions.map(Mat3::from_quat);
         let features = pose_features(pose);
-        let gradients: Vec<Mat3> = self
-            .gradients
-            .par_iter()
-            .enumerate()
-            .with_min_len(FACES_AT_ONCE)
-            .map(|(face, shape)| {
-                let rotation = data.blend.rotation(face, &quaternions, &matrices);
-                match data.pose_deformation.matrix(face, &features) {
-                    Some(pose_deformation) => rotation * (*shape * pose_deformation),
-                    None => rotation * *shape,
-                }
-            })
-            .collect();
-        self.model.reconstruct(&gradients, out);
+        scratch.resize(self.gradients.len(), Mat3::IDENTITY);
+        let faces = scratch.par_iter_mut().zip(self.gradients.par_iter()).enumerate().with_min_len(FACES_AT_ONCE);
+        faces.for_each(|(face, (gradient, shape))| {
+            let rotation = data.blend.rotation(face, &quaternions, &matrices);
+            *gradient = match data.pose_deformation.matrix(face, &features) {
+                Some(pose_deformation) => rotation * (*shape * pose_deformation),
+                None => rotation * *shape,
+            };
+        });
+        self.model.reconstruct(scratch, out);
         let joints = joint_positions(&self.rest_joints, pose.root_translation, &quaternions);
         self.hold_parts(&joints, &matrices, out);
     }

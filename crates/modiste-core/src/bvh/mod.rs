@@ -13,10 +13,8 @@ pub use overlap::triangles_cross;
 pub use ray::RayHit;
 pub use winding::winding_number_exact;
 
-use std::sync::OnceLock;
-
 use crate::{Topology, Vec3};
-use winding::Dipole;
+use winding::Dipoles;
 
 /// Children of a node.
 const WIDTH: usize = 4;
@@ -34,7 +32,7 @@ const STACK: usize = 128;
 pub struct TriangleBvh {
     nodes: Vec<Node>,
     /// Per child what it is from afar; made by the first winding number after each motion.
-    dipoles: OnceLock<Vec<[Dipole; WIDTH]>>,
+    dipoles: Dipoles,
     /// Faces in the order of the leaves: corners, and index in the topology.
     corners: Vec<[u32; 3]>,
     faces: Vec<u32>,
@@ -143,7 +141,7 @@ impl TriangleBvh {
         }
         let mut tree = Self {
             places,
-            dipoles: OnceLock::new(),
+            dipoles: Dipoles::default(),
             nodes,
             corners: order.iter().map(|&index| corners[index as usize]).collect(),
             faces: order.iter().map(|&index| faces[index as usize]).collect(),
@@ -161,7 +159,7 @@ impl TriangleBvh {
     /// Fits the boxes to vertices that have moved. The tree keeps its shape, so after large motion queries get slower,
     /// never wrong.
     pub fn refit(&mut self, x: &[Vec3]) {
-        self.dipoles = OnceLock::new();
+        self.dipoles.forget();
         for index in (0..self.nodes.len()).rev() {
             for slot in 0..WIDTH {
                 match self.nodes[index].children[slot].kind() {

@@ -1,5 +1,7 @@
 //! Generalised winding numbers: how often a surface, closed or nearly, goes around a point.
 
+use std::sync::{Mutex, OnceLock, PoisonError};
+
 use super::{ChildKind, STACK, TriangleBvh, WIDTH};
 use crate::mesh::double_area_vector;
 use crate::triangle::solid_angle_fraction;
@@ -79,8 +81,8 @@ impl Dipole {
 }
 
 /// The groups of all children. Nodes come before their children, so from the last to the first.
-fn dipoles(tree: &TriangleBvh, x: &[Vec3]) -> Vec<[Dipole; WIDTH]> {
-    let mut dipoles = vec![[Dipole::default(); WIDTH]; tree.nodes.len()];
+fn fill(dipoles: &mut Vec<[Dipole; WIDTH]>, tree: &TriangleBvh, x: &[Vec3]) {
+    dipoles.resize(tree.nodes.len(), [Dipole::default(); WIDTH]);
     for index in (0..tree.nodes.len()).rev() {
         for slot in 0..WIDTH {
             dipoles[index][slot] = match tree.nodes[index].children[slot].kind() {
@@ -90,7 +92,36 @@ fn dipoles(tree: &TriangleBvh, x: &[Vec3]) -> Vec<[Dipole; WIDTH]> {
             };
         }
     }
-    dipoles
+}
+
+/// The groups of all children, made when they are first asked for after a motion, in memory that is kept.
+#[derive(Debug, Default)]
+pub(super) struct Dipoles {
+    made: OnceLock<Vec<[Dipole; WIDTH]>>,
+    spare: Mutex<Vec<[Dipole; WIDTH]>>,
+}
+
+impl Clone for Dipoles {
+    fn clone(&self) -> Self {
+        Self { made: self.made.clone(), spare: Mutex::default() }
+    }
+}
+
+impl Dipoles {
+    /// They are made anew when they are next asked for.
+    pub(super) fn forget(&mut self) {
+        if let Some(made) = self.made.take() {
+            *self.spare.get_mut().unwrap_or_else(PoisonError::into_inner) = made;
+        }
+    }
+
+    fn get(&self, tree: &TriangleBvh, x: &[Vec3]) -> &[[Dipole; WIDTH]] {
+        self.made.get_or_init(|| {
+            let mut dipoles = std::mem::take(&mut *self.spare.lock().unwrap_or_else(PoisonError::into_inner));
+            fill(&mut dipoles, tree, x);
+            dipoles
+        })
+    }
 }
 
 impl TriangleBvh {
@@ -99,7 +130,7 @@ impl TriangleBvh {
     /// Groups of faces far away are seen as a whole; the error stays below 0.05, which an inside test does not
     /// notice. See [`winding_number_exact`].
     pub fn winding_number(&self, x: &[Vec3], p: Vec3) -> f64 {
-        let dipoles = self.dipoles.get_or_init(|| dipoles(self, x));
+        let dipoles = self.dipoles.get(self, x);
         let mut sum = 0.0;
         let mut stack = [0u32; STACK];
         let mut depth = 1;

@@ -40,6 +40,20 @@ impl TangentFrames {
         faces.map(|(numbers, frame)| gradient_of_tangents(numbers) * frame.transpose()).collect()
     }
 
+    /// A flat row of gradients on other faces, each of which lies on one of those that `old` belongs to: what they do to the
+    /// vectors of these frames, as far as those lie in the plane of the old face.
+    pub(crate) fn carry(&self, old: &Self, origins: &[u32], row: &[f32]) -> Vec<f32> {
+        let row = row.as_chunks::<PER_FACE>().0;
+        let faces = origins.iter().zip(&self.template_from_tangent);
+        let numbers = faces.flat_map(|(&origin, frame)| {
+            let (from, gradient) =
+                (&old.template_from_tangent[origin as usize], gradient_of_tangents(&row[origin as usize]));
+            let moved = |axis: Vec3| axis.dot(from.x_axis) * gradient.x_axis + axis.dot(from.y_axis) * gradient.y_axis;
+            [moved(frame.x_axis), moved(frame.y_axis)]
+        });
+        numbers.flat_map(|vector| vector.as_vec3().to_array()).collect()
+    }
+
     /// Matrices that do to vectors in the plane of each face what a flat row says, and take its normal to nothing.
     pub(crate) fn in_plane(&self, row: &[f32]) -> Vec<Mat3> {
         let faces = row.as_chunks::<PER_FACE>().0.iter().zip(&self.template_from_tangent);

@@ -15,6 +15,7 @@ mod load;
 mod mirror;
 mod model;
 mod pose_kernel;
+mod resample;
 mod shape;
 mod synthesis;
 #[cfg(test)]

@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use modiste_body::{Part, Pose};
-use modiste_core::{GradientReconstruction, Mat3, Vec3};
+use modiste_core::{GradientReconstruction, Mat3, Vec3, corners};
 
 use super::basis::BasisScratch;
+use super::blend::Turns;
 use super::coarse::{CoarseModel, MotionState};
 use super::dynamics::DynamicsState;
+use super::gradient::{PER_FACE, gradient_of_tangents};
 use super::model::DrapeModel;
 use super::shape::ShapeModel;
 use super::training_set::Garment;
@@ -30,6 +32,10 @@ pub enum Wrinkles {
 pub(crate) struct Fitting {
     /// D of each face, to vectors in its tangent frame.
     shape_deformations: Vec<Mat3>,
+    /// Where D takes the two edges of each face (m).
+    edges: Vec<[Vec3; 2]>,
+    /// Where the mean wrinkles take them from there.
+    reference_edges: Vec<[Vec3; 2]>,
     /// How far (m) the anchors lie from those of the body in the template pose, seen from the part that they follow.
     offset: Vec3,
     anchor_part: Part,
@@ -45,13 +51,42 @@ impl Fitting {
     ) -> Self {
         let mut shape_deformations = shape.gradients(&shape.predict(body, ease));
         wrinkle.frames.clone().into_tangents(&mut shape_deformations);
-        Self { shape_deformations, offset: shape.predict_offset(body, ease), anchor_part: garment.anchor_part() }
+        let mut fitting = Self {
+            shape_deformations,
+            edges: Vec::new(),
+            reference_edges: Vec::new(),
+            offset: shape.predict_offset(body, ease),
+            anchor_part: garment.anchor_part(),
+        };
+        fitting.deform_edges(garment, wrinkle);
+        fitting
+    }
+
+    /// Finds where D takes the edges, and the mean wrinkles after it.
+    fn deform_edges(&mut self, garment: &Garment, wrinkle: &WrinkleModel) {
+        let deform = |(face, deformation): (&[u32; 3], &Mat3)| {
+            let [a, b, c] = corners(*face, &garment.template);
+            [*deformation * (b - a), *deformation * (c - a)]
+        };
+        self.edges = garment.topology.faces().iter().zip(&self.shape_deformations).map(deform).collect();
+        let faces = self.edges.iter().zip(wrinkle.mean.as_chunks::<PER_FACE>().0);
+        self.reference_edges = faces
+            .map(|(edges, mean)| {
+                let gradient = gradient_of_tangents(mean);
+                edges.map(|edge| gradient * edge)
+            })
+            .collect();
     }
 
     /// Moves a garment to its place, from the way to the anchors of the body.
     fn place(&self, pose: &Pose, to_anchors: Vec3, vertices: &mut [Vec3]) {
-        let shift = to_anchors + pose.world_rotations()[self.anchor_part.index()] * self.offset;
+        let shift = to_anchors + self.offset(pose);
         vertices.iter_mut().for_each(|vertex| *vertex += shift);
+    }
+
+    /// How far (m, world) the garment lies from the anchors of the body.
+    fn offset(&self, pose: &Pose) -> Vec3 {
+        pose.world_rotations()[self.anchor_part.index()] * self.offset
     }
 
     /// Writes the vertices (m, world) of the garment with mean wrinkles, which the coarse deformation starts from.
@@ -85,8 +120,9 @@ pub struct Synthesis {
     state: DynamicsState,
     wrinkles: Vec<f32>,
     scratch: BasisScratch,
-    gradients: Vec<Mat3>,
     vertices: Vec<Vec3>,
+    /// The mean (m) of the anchors of the garment as it was made, less how far it lies from those of the body.
+    from_anchors: Vec3,
     course: Option<Course>,
 }
 
@@ -148,7 +184,7 @@ impl Synthesis {
             state: model.dynamics.start(),
             wrinkles: vec![0.0; model.wrinkle.mean.len()],
             scratch: BasisScratch::default(),
-            gradients: vec![Mat3::IDENTITY; fitting.shape_deformations.len()],
+            from_anchors: Vec3::ZERO,
             vertices: vec![Vec3::ZERO; vertex_count],
             course: model.coarse.as_ref().map(|coarse| Course::new(coarse, vertex_count)),
             fitting,
@@ -186,6 +222,12 @@ impl Synthesis {
     /// The garment's vertices (m, world) in the next frame; `body` are the vertices of the posed body. Frames follow each
     /// other at the rate of the model. Nothing is allocated.
     pub fn step(&mut self, pose: &Pose, body: &[Vec3]) -> &[Vec3] {
+        self.make(pose);
+        self.place(body)
+    }
+
+    /// The first half of [`Self::step`], for which the body need not be there yet: the garment somewhere.
+    pub(crate) fn make(&mut self, pose: &Pose) {
         let model = &self.model;
         let coefficients = match self.kind {
             Wrinkles::Dynamic => model.dynamics.step(&mut self.state, pose),
@@ -195,33 +237,71 @@ impl Synthesis {
         if let (Some(course), Some(coarse)) = (&mut self.course, &model.coarse) {
             course.step(coarse, self.kind, pose);
         }
-        self.finish(pose, body)
+        self.finish(pose);
     }
 
-    /// The vertices, from the expanded wrinkles and κ.
-    fn finish(&mut self, pose: &Pose, body: &[Vec3]) -> &[Vec3] {
-        let Self { model, fitting, gradients, vertices, .. } = self;
-        let to_anchors = |x: &[Vec3]| translation(&model.garment.anchors, x, body);
+    /// The second half of [`Self::step`]: brings the garment that was made to the body.
+    pub(crate) fn place(&mut self, body: &[Vec3]) -> &[Vec3] {
+        let anchors = &self.model.garment.anchors;
+        let on_body = anchors.iter().map(|&[_, vertex]| body[vertex as usize]).sum::<Vec3>();
+        let shift = on_body / anchors.len().max(1) as f64 - self.from_anchors;
+        self.vertices.iter_mut().for_each(|vertex| *vertex += shift);
+        &self.vertices
+    }
+
+    /// The vertices but for their place, from the expanded wrinkles and κ.
+    ///
+    /// [`Fitting::compose`] and the reconstructions from gradients say what is done; here no gradient is written down, the
+    /// faces are gone through once, and what places the garment is left for later, because a shift of all places shifts the
+    /// result as much.
+    fn finish(&mut self, pose: &Pose) {
+        let Self { model, fitting, wrinkles, vertices, .. } = self;
+        let turns = Turns::new(&model.wrinkle.blend, pose);
+        let wrinkles = wrinkles.as_chunks::<PER_FACE>().0;
+        let wrinkled = |face: usize| {
+            let gradient = gradient_of_tangents(&wrinkles[face]);
+            fitting.edges[face].map(|edge| gradient * edge)
+        };
+        let composed = |face: usize| {
+            turns.rotation(face) * (gradient_of_tangents(&wrinkles[face]) * fitting.shape_deformations[face])
+        };
+        let anchors = &model.garment.anchors;
+        let mean_of_anchors = |x: &[Vec3]| {
+            anchors.iter().map(|&[vertex, _]| x[vertex as usize]).sum::<Vec3>() / anchors.len().max(1) as f64
+        };
         match (&mut self.course, &model.coarse) {
             (Some(course), Some(coarse)) if !self.is_plain => {
-                fitting.write_reference(
-                    (&model.wrinkle, &model.reconstruction),
-                    (pose, &to_anchors),
-                    gradients,
-                    &mut course.places,
-                );
-                coarse.displace(pose, &course.coefficients, &mut course.scratch, &mut course.places);
-                fitting.compose(&model.wrinkle, (pose, &self.wrinkles), gradients);
-                coarse.reconstruct(gradients, &course.places, vertices);
+                let (whole, screened, places) = (&model.reconstruction, coarse.reconstruction(), &mut course.places);
+                whole.start(places);
+                screened.start(vertices);
+                for (face, reference) in fitting.reference_edges.iter().enumerate() {
+                    let turn = turns.rotation(face);
+                    whole.add_edges(face, reference.map(|edge| turn * edge), places);
+                    screened.add_edges(face, wrinkled(face).map(|edge| turn * edge), vertices);
+                }
+                let mean = model.wrinkle.mean.as_chunks::<PER_FACE>().0;
+                let reference = |face: usize| {
+                    turns.rotation(face) * (gradient_of_tangents(&mean[face]) * fitting.shape_deformations[face])
+                };
+                whole.add_ties(reference, places);
+                screened.add_ties(composed, vertices);
+                whole.solve(places);
+                self.from_anchors = mean_of_anchors(places) - fitting.offset(pose);
+                coarse.displace(pose, &course.coefficients, &mut course.scratch, places);
+                screened.solve(places, vertices);
             }
             _ => {
-                fitting.compose(&model.wrinkle, (pose, &self.wrinkles), gradients);
-                model.reconstruction.reconstruct(gradients, vertices);
-                let way = to_anchors(vertices);
-                fitting.place(pose, way, vertices);
+                let whole = &model.reconstruction;
+                whole.start(vertices);
+                for face in 0..fitting.edges.len() {
+                    let turn = turns.rotation(face);
+                    whole.add_edges(face, wrinkled(face).map(|edge| turn * edge), vertices);
+                }
+                whole.add_ties(composed, vertices);
+                whole.solve(vertices);
+                self.from_anchors = mean_of_anchors(vertices) - fitting.offset(pose);
             }
         }
-        &self.vertices
     }
 
     /// The vertices of the last frame (m, world).
@@ -251,6 +331,7 @@ impl Projection {
         synthesis.model.wrinkle.frames.clone().into_tangents(&mut unchanged);
         if synthesis.model.coarse.is_none() {
             synthesis.fitting.shape_deformations = unchanged;
+            synthesis.fitting.deform_edges(&synthesis.model.garment, &synthesis.model.wrinkle);
         }
         Ok(Self { synthesis, basis })
     }
@@ -265,14 +346,57 @@ impl Projection {
             numbers.map(|((b, q), mean)| f64::from(*b) * (f64::from(*q) - f64::from(*mean))).sum::<f64>()
         };
         let coefficients: Vec<f64> = rows.map(along).collect();
-        let Synthesis { model, fitting, course, gradients, wrinkles, scratch, .. } = &mut self.synthesis;
+        let Synthesis { model, fitting, course, wrinkles, scratch, .. } = &mut self.synthesis;
         model.wrinkle.expand(&coefficients, scratch, wrinkles);
         if let (Some(course), Some(coarse)) = (course, &model.coarse) {
             let to_anchors = |x: &[Vec3]| translation(&model.garment.anchors, x, body);
             let learned = (&model.wrinkle, &model.reconstruction);
-            fitting.write_reference(learned, (pose, &to_anchors), gradients, &mut course.places);
+            let mut gradients = vec![Mat3::IDENTITY; fitting.shape_deformations.len()];
+            fitting.write_reference(learned, (pose, &to_anchors), &mut gradients, &mut course.places);
             course.coefficients = coarse.coefficients_of(pose, &course.places, truth);
         }
-        self.synthesis.finish(pose, body)
+        self.synthesis.finish(pose);
+        self.synthesis.place(body)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use modiste_core::{Mat3, Silent, Vec3};
+
+    use super::Synthesis;
+    use crate::DrapeModel;
+    use crate::drape::synthetic::{anchor_body, motion, training_set};
+    use crate::drape::{DynamicsOptions, TrainOptions, WrinkleOptions};
+    use crate::refine::anchors::translation;
+
+    #[test]
+    fn without_gradients_in_between_the_garment_is_the_same() {
+        let options = TrainOptions {
+            wrinkle: WrinkleOptions { min_count: 4, max_count: 8, ..WrinkleOptions::default() },
+            dynamics: DynamicsOptions { ridges: vec![1e-3, 1e-1], ..DynamicsOptions::default() },
+            ..TrainOptions::default()
+        };
+        let model = Arc::new(DrapeModel::train(&training_set(), &options, &Silent).unwrap().0);
+        let mut fast = Synthesis::new(model.clone(), &[0.5, -0.5], 4).unwrap();
+        let coarse = model.coarse.as_ref().unwrap();
+        for pose in &motion(6, 20).frames {
+            let body = anchor_body(pose);
+            fast.step(pose, &body);
+            let (fitting, course) = (&fast.fitting, fast.course.as_ref().unwrap());
+            let to_anchors = |x: &[Vec3]| translation(&model.garment.anchors, x, &body);
+            let mut gradients = vec![Mat3::IDENTITY; model.garment.topology.face_count()];
+            let mut places = vec![Vec3::ZERO; model.garment.template.len()];
+            let learned = (&model.wrinkle, &model.reconstruction);
+            fitting.write_reference(learned, (pose, &to_anchors), &mut gradients, &mut places);
+            coarse.displace(pose, &course.coefficients, &mut Vec::new(), &mut places);
+            fitting.compose(&model.wrinkle, (pose, &fast.wrinkles), &mut gradients);
+            let mut plain = places.clone();
+            coarse.reconstruct(&gradients, &places, &mut plain);
+            let furthest = fast.vertices.iter().zip(&plain).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            assert!(furthest < 1e-9, "{furthest}");
+        }
     }
 }

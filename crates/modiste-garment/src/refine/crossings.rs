@@ -33,6 +33,16 @@ pub(crate) struct Crossing {
 }
 
 impl Crossing {
+    /// The corners of the triangle.
+    pub(crate) fn face(&self) -> [u32; 3] {
+        self.face
+    }
+
+    /// How deep the point is (m).
+    pub(crate) fn depth(&self) -> f64 {
+        self.way.length() - CLEARANCE
+    }
+
     /// Pushes that ask the corners for the way that the point must go, the nearer ones more.
     pub(crate) fn pushes(&self, weight: f64) -> impl Iterator<Item = Push> {
         let gap = self.way.length();

@@ -214,8 +214,8 @@ struct Cloud {
     /// Where each cell begins, and the end of the last.
     starts: Vec<u32>,
     cell_of: Vec<u32>,
-    /// Least and greatest of the normals in each cell, by axis; of a cell without points they may be from an earlier frame.
-    spans: Vec<Span>,
+    /// What the normals in each cell are between; of a cell without points it may be from an earlier frame.
+    cones: Vec<Cone>,
     /// Which of a cell and those around it may hold points that face one of its own, one bit each.
     facing: Found,
     /// Places from the low corner (m).
@@ -233,14 +233,14 @@ impl Cloud {
         let cell_count = self.cells.iter().map(|&count| count as usize).product::<usize>();
         self.starts.clear();
         self.starts.resize(cell_count + 1, 0);
-        self.spans.resize(cell_count, NO_SPAN);
+        self.cones.resize(cell_count, Cone::default());
         self.facing.resize(cell_count);
         self.cell_of.clear();
         for vertex in vertices {
             let cell = self.index(self.coordinates(self.local(*vertex)));
             self.cell_of.push(cell as u32);
             if self.starts[cell] == 0 {
-                self.spans[cell] = NO_SPAN;
+                self.cones[cell] = Cone::default();
                 self.facing.forget(cell);
             }
             self.starts[cell] += 1;
@@ -259,9 +259,13 @@ impl Cloud {
             let (slot, normal) = (*slot as usize, normal.as_vec3().to_array());
             self.points[slot] = (*vertex - self.low).as_vec3().to_array();
             self.normals[slot] = normal;
-            for ([least, greatest], along) in self.spans[cell as usize].iter_mut().zip(normal) {
-                *least = lesser(*least, along);
-                *greatest = -lesser(-*greatest, -along);
+            let axis = &mut self.cones[cell as usize].axis;
+            *axis = [0, 1, 2].map(|i| axis[i] + normal[i]);
+        }
+        for (cell, cone) in self.cones.iter_mut().enumerate() {
+            let slots = self.starts[cell] as usize..self.starts[cell + 1] as usize;
+            if !slots.is_empty() {
+                cone.open(&self.normals[slots]);
             }
         }
     }
@@ -295,13 +299,13 @@ impl Cloud {
 
     /// Those of a cell and the cells around it that hold points which may face one of its own.
     fn find_facing(&self, cell: [i32; 3]) -> u64 {
-        let own = self.spans[self.index(cell)];
+        let own = self.cones[self.index(cell)];
         let holds_facing = |bit: &u32| {
             let other = neighbour(cell, *bit);
             let is_there = other.iter().zip(self.cells).all(|(at, count)| (0..count).contains(at));
             is_there && {
                 let other = self.index(other);
-                self.starts[other] < self.starts[other + 1] && least_product(own, self.spans[other]) < CREASED
+                self.starts[other] < self.starts[other + 1] && own.may_face(&self.cones[other])
             }
         };
         (0..27).filter(holds_facing).fold(0, |facing, bit| facing | 1 << bit)
@@ -310,11 +314,10 @@ impl Cloud {
     /// Less than the distance (m) from a point with a normal to the nearest that faces it, [`FREE`] where there is none.
     fn room(&self, vertex: Vec3, normal: Vec3) -> f64 {
         let (at, own) = (self.local(vertex), normal.as_vec3().to_array());
-        let along = |v: [f32; 3]| own[0] * v[0] + own[1] * v[1] + own[2] * v[2];
         let faces_it = |place: [f32; 3], other: [f32; 3]| {
-            let product = along(other);
+            let along = product(own, other);
             let offset = [place[0] - at[0], place[1] - at[1], place[2] - at[2]];
-            product < FACING || (product < CREASED && along(offset) > 0.0)
+            along < FACING || (along < CREASED && product(own, offset) > 0.0)
         };
         let cell = self.coordinates(at);
         let mut facing = self.facing.get(self.index(cell), || self.find_facing(cell));
@@ -322,7 +325,7 @@ impl Cloud {
         while facing != 0 {
             let other = self.index(neighbour(cell, facing.trailing_zeros()));
             facing &= facing - 1;
-            if least_product(own.map(|along| [along; 2]), self.spans[other]) >= CREASED {
+            if !self.cones[other].may_face_normal(own) {
                 continue;
             }
             for slot in self.starts[other] as usize..self.starts[other + 1] as usize {
@@ -343,21 +346,62 @@ fn neighbour([x, y, z]: [i32; 3], bit: u32) -> [i32; 3] {
     [x + bit % 3 - 1, y + bit / 9 - 1, z + bit / 3 % 3 - 1]
 }
 
-/// Least and greatest of vectors, by axis.
-type Span = [[f32; 2]; 3];
+/// A cone around unit normals.
+#[derive(Debug, Clone, Copy, Default)]
+struct Cone {
+    axis: [f32; 3],
+    /// Cosine and sine of the angle between the axis and the sides.
+    cosine: f32,
+    sine: f32,
+    /// The product with the axis at or above which a normal has one of at least [`CREASED`] with all in the cone.
+    certain: f32,
+}
 
-/// Bounds that nothing is between.
-const NO_SPAN: Span = [[f32::INFINITY, f32::NEG_INFINITY]; 3];
+/// What rounding may do to a product of unit vectors.
+const ROUNDING: f32 = 1e-5;
 
-/// The least product that any two vectors between bounds have.
-#[inline]
-fn least_product(a: Span, b: Span) -> f32 {
-    let least = |axis: usize| {
-        let ([low, high], [other_low, other_high]) = (a[axis], b[axis]);
-        let with = |along: f32| lesser(along * other_low, along * other_high);
-        lesser(with(low), with(high))
-    };
-    least(0) + least(1) + least(2)
+impl Cone {
+    /// Finds the cone around normals whose sum is the axis.
+    fn open(&mut self, normals: &[[f32; 3]]) {
+        let length = product(self.axis, self.axis).sqrt();
+        self.axis = self.axis.map(|along| along / length.max(f32::MIN_POSITIVE));
+        let least = normals.iter().fold(1.0f32, |least, normal| lesser(least, product(self.axis, *normal)));
+        self.cosine = (least - ROUNDING).max(-1.0);
+        self.sine = (1.0 - self.cosine * self.cosine).max(0.0).sqrt();
+        self.certain = Self::certain_for(self.cosine, self.sine);
+    }
+
+    /// The product at or above which two directions, the second with a cone of this half angle, are certain not to be
+    /// [`CREASED`]: the cosine of what the half angle leaves of it.
+    fn certain_for(cosine: f32, sine: f32) -> f32 {
+        if cosine > CREASED {
+            CREASED * cosine + (1.0 - CREASED * CREASED).sqrt() * sine + ROUNDING
+        } else {
+            f32::INFINITY
+        }
+    }
+
+    /// Whether a unit normal may have a product below [`CREASED`] with one in the cone.
+    #[inline(always)]
+    fn may_face_normal(&self, normal: [f32; 3]) -> bool {
+        !(product(self.axis, normal) >= self.certain)
+    }
+
+    /// Whether a normal in one cone may have a product below [`CREASED`] with one in the other.
+    fn may_face(&self, other: &Self) -> bool {
+        // Together they may go all the way around.
+        if self.cosine <= 0.0 || other.cosine <= 0.0 {
+            return true;
+        }
+        let cosine = self.cosine * other.cosine - self.sine * other.sine;
+        let sine = self.sine * other.cosine + self.cosine * other.sine;
+        !(product(self.axis, other.axis) >= Self::certain_for(cosine, sine))
+    }
+}
+
+#[inline(always)]
+fn product(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// The lesser of two numbers by a single comparison: [`f32::min`] minds what is no number.

@@ -14,7 +14,7 @@ use super::folds::Folds;
 use super::home::Home;
 use super::obstacle::{Contact, Obstacle};
 use super::paper::PaperOptions;
-use super::shows::{Lift, SHOW_CLEARANCE, find_lifts};
+use super::shows::{Lift, Lifts, SHOW_CLEARANCE, find_lifts};
 use super::tears::Tears;
 use super::warp::{Pull, Push, Stiffness, Warp, WarpOptions};
 
@@ -54,7 +54,7 @@ impl Default for ExactOptions {
             reach: 0.06,
             rounds: 3,
             final_rounds: 3,
-            crossing_rounds: 2,
+            crossing_rounds: 1,
             mending_rounds: 6,
             stiffness: Stiffness { smooth: 1.0, damping: 0.05 },
             weight: 10.0,
@@ -95,6 +95,9 @@ pub struct Left {
 /// Vertices that one thread takes at a time.
 const VERTICES_AT_ONCE: usize = 64;
 
+/// A triangle that crosses deeper than it did by more than this (m) goes back.
+const DEEPER: f64 = 0.0005;
+
 /// Pushes one garment out of surfaces.
 #[derive(Debug, Clone)]
 pub(crate) struct ExactPush {
@@ -107,8 +110,10 @@ pub(crate) struct ExactPush {
     above: f64,
     pushes: Vec<Push>,
     pulls: Vec<Pull>,
-    lifts: Vec<Lift>,
+    lifts: Lifts,
     crossings: Vec<Crossing>,
+    /// Triangles that crossed at first, in order, and how deep (m).
+    first: Vec<([u32; 3], f64)>,
     folds: Folds,
     /// The garment before what crosses was moved, and before the last round of that (m).
     before: Vec<Vec3>,
@@ -130,8 +135,9 @@ impl ExactPush {
             above: 0.0,
             pushes: Vec::new(),
             pulls: Vec::new(),
-            lifts: Vec::new(),
+            lifts: Lifts::default(),
             crossings: Vec::new(),
+            first: Vec::new(),
             folds: Folds::new(topology),
             before: Vec::new(),
             last: Vec::new(),
@@ -362,11 +368,11 @@ impl ExactPush {
     /// whether there are any.
     fn collect_shows(&mut self, grounds: &[Ground<'_>], garment: &[Vec3]) -> bool {
         find_lifts(&self.topology, &mut self.sites, grounds, garment, &mut self.lifts);
-        for &Lift { face, normal, height } in &self.lifts {
+        for &Lift { face, normal, height } in self.lifts.iter() {
             let gap = height + SHOW_CLEARANCE;
             self.pushes.extend(face.map(|vertex| Push { vertex, normal, gap, weight: self.options.weight }));
         }
-        !self.lifts.is_empty()
+        self.lifts.iter().next().is_some()
     }
 
     /// Moves triangles that cross a surface though none of their corners is inside, and those that cross others of the same
@@ -384,6 +390,11 @@ impl ExactPush {
         self.moved.resize(garment.len(), true);
         for round in 0..=rounds {
             find_crossings(&self.topology, &self.sites, grounds, (garment, &self.moved), &mut self.crossings);
+            if round == 0 {
+                self.first.clear();
+                self.first.extend(self.crossings.iter().map(|crossing| (crossing.face(), crossing.depth())));
+                self.first.sort_unstable_by_key(|(face, _)| *face);
+            }
             self.folds.find(&self.topology, |vertex| self.sites[vertex as usize].exit.is_some(), garment);
             self.last.clear();
             self.last.extend_from_slice(garment);
@@ -410,8 +421,27 @@ impl ExactPush {
             let moves = garment.iter().zip(&self.last).map(|(at, last)| at != last);
             self.moved.iter_mut().zip(moves).for_each(|(moved, moves)| *moved = moves);
         }
+        self.take_back(grounds, garment);
         self.keep_out(grounds, garment);
         left
+    }
+
+    /// Takes back the moves since [`Self::before`] of triangles that cross a surface deeper for it: between two walls there is
+    /// no room for what leads out of either.
+    fn take_back(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
+        let moves = garment.iter().zip(&self.before).map(|(at, before)| at != before);
+        self.moved.iter_mut().zip(moves).for_each(|(moved, moves)| *moved = moves);
+        self.look(grounds, garment);
+        find_crossings(&self.topology, &self.sites, grounds, (garment, &self.moved), &mut self.crossings);
+        for crossing in &self.crossings {
+            let first = self.first.binary_search_by_key(&crossing.face(), |(face, _)| *face);
+            if crossing.depth() > first.map_or(0.0, |index| self.first[index].1) + DEEPER {
+                for vertex in crossing.face() {
+                    garment[vertex as usize] = self.before[vertex as usize];
+                    self.sites[vertex as usize].stale = true;
+                }
+            }
+        }
     }
 
     /// Takes back the moves since [`Self::before`] that led into the body. Between parts that are in each other what is known
@@ -430,7 +460,7 @@ impl ExactPush {
     /// Lifts by themselves the triangles that body vertices still show through.
     fn lift_single_faces(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
         find_lifts(&self.topology, &mut self.sites, grounds, garment, &mut self.lifts);
-        for &Lift { face, normal, height } in &self.lifts {
+        for &Lift { face, normal, height } in self.lifts.iter() {
             for vertex in face {
                 garment[vertex as usize] += (height + 0.5 * SHOW_CLEARANCE) * normal;
                 self.sites[vertex as usize].stale = true;

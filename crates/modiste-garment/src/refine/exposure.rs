@@ -32,7 +32,11 @@ pub(crate) struct Exposure {
     /// outside all hulls.
     vertices_of: Vec<Vec<u32>>,
     hulls: Vec<Hull>,
+    /// For each part a bit for every part that is no neighbour of it.
+    others: [u32; Part::COUNT],
     vertices: Lazy,
+    /// How many corners of each face are exposed.
+    corners: Lazy,
     /// Of the middles of faces whose corners differ.
     middles: Lazy,
     /// Whether there is room over the middle of a face.
@@ -61,13 +65,19 @@ impl Lazy {
 
     /// Whether an item is exposed; `find_out` is asked where that is not known.
     fn is_exposed(&self, index: usize, find_out: impl FnOnce() -> bool) -> bool {
+        self.count(index, || usize::from(find_out())) == 1
+    }
+
+    /// A small number of an item; `find_out` is asked where it is not known.
+    #[inline]
+    fn count(&self, index: usize, find_out: impl FnOnce() -> usize) -> usize {
         match self.0[index].load(Ordering::Relaxed) {
             0 => {
-                let exposed = find_out();
-                self.0[index].store(1 + u8::from(exposed), Ordering::Relaxed);
-                exposed
+                let count = find_out();
+                self.0[index].store(1 + count as u8, Ordering::Relaxed);
+                count
             }
-            known => known == 2,
+            known => usize::from(known) - 1,
         }
     }
 }
@@ -114,6 +124,14 @@ impl Hull {
     }
 }
 
+/// For each part a bit for every part that is no neighbour of it.
+fn others() -> [u32; Part::COUNT] {
+    let is_other = |own: Part, part: Part| part != own && part.parent() != Some(own) && own.parent() != Some(part);
+    Part::ALL.map(|own| {
+        Part::ALL.into_iter().filter(|&part| is_other(own, part)).fold(0, |bits, part| bits | 1 << part.index())
+    })
+}
+
 /// Garments lie on all but head, hands and feet, which have half of a body's vertices.
 fn is_covered(part: Part) -> bool {
     !matches!(part, Part::Head | Part::LeftHand | Part::RightHand | Part::LeftFoot | Part::RightFoot)
@@ -135,7 +153,9 @@ impl Exposure {
         Self {
             vertices_of,
             hulls: vec![Hull::EMPTY; Part::COUNT],
+            others: others(),
             vertices: Lazy::new(parts.len()),
+            corners: Lazy::new(topology.face_count()),
             middles: Lazy::new(topology.face_count()),
             open: Lazy::new(topology.face_count()),
             crowding: Crowding::new(topology, vertices, |face| worn.contains(&face_parts[face])),
@@ -148,6 +168,7 @@ impl Exposure {
         let hulls = self.hulls.par_iter_mut().zip(&self.vertices_of);
         hulls.for_each(|(hull, vertices)| *hull = Hull::of(vertices.iter().map(|&v| surface.vertices()[v as usize])));
         self.vertices.forget();
+        self.corners.forget();
         self.middles.forget();
         self.open.forget();
         self.crowding.update(surface);
@@ -164,9 +185,8 @@ impl Exposure {
     /// meet at a joint have one surface, which leads from one to the other.
     pub(crate) fn may_be_in_another(&self, surface: &Obstacle, point: Vec3, face: u32) -> bool {
         let own = self.parts[surface.topology().faces()[face as usize][0] as usize];
-        let extents = extents(point);
-        let is_other = |part: Part| part != own && part.parent() != Some(own) && own.parent() != Some(part);
-        Part::ALL.into_iter().zip(&self.hulls).any(|(part, hull)| is_other(part) && hull.holds(&extents, 0.0))
+        let (extents, others) = (extents(point), self.others[own.index()]);
+        self.hulls.iter().enumerate().any(|(part, hull)| others >> part & 1 == 1 && hull.holds(&extents, 0.0))
     }
 
     /// Whether the surface at a vertex can be reached from outside.
@@ -186,8 +206,10 @@ impl Exposure {
 
     /// How many corners of a face are exposed.
     pub(crate) fn exposed_corners(&self, surface: &Obstacle, face: u32) -> usize {
-        let corners = surface.topology().faces()[face as usize];
-        corners.iter().filter(|&&vertex| self.is_vertex_exposed(surface, vertex)).count()
+        self.corners.count(face as usize, || {
+            let corners = surface.topology().faces()[face as usize];
+            corners.iter().filter(|&&vertex| self.is_vertex_exposed(surface, vertex)).count()
+        })
     }
 
     /// Whether a face is partly buried.

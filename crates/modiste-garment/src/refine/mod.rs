@@ -13,6 +13,7 @@ mod exposure;
 mod fit;
 mod folds;
 mod home;
+mod lanes;
 mod layers;
 mod nearest;
 mod obstacle;
@@ -25,6 +26,7 @@ mod walk;
 mod warp;
 mod way_out;
 
+pub(crate) use contacts::MOST;
 pub(crate) use cover::Cover;
 pub use exact::{ExactOptions, ExactReport, Left};
 pub use fit::{Below, Fit, FitOptions};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use modiste_body::Part;
-use modiste_core::{SurfacePoint, Topology, TriangleBvh, Vec3, corners, triangles_cross};
+use modiste_core::{Adjacency, SurfacePoint, Topology, TriangleBvh, Vec3, corners, triangles_cross};
 
 use super::exposure::{Exposure, just_above};
 
@@ -27,6 +27,8 @@ pub struct Obstacle {
     /// For each face the faces across the edges opposite its corners; `NONE` on the boundary.
     across: Vec<[u32; 3]>,
     boundary_vertices: Vec<bool>,
+    /// The corners of each face and the vertices next to them.
+    rings: Arc<Adjacency>,
     vertices: Vec<Vec3>,
     face_normals: Vec<Vec3>,
     vertex_normals: Vec<Vec3>,
@@ -129,6 +131,7 @@ impl Obstacle {
             tree: TriangleBvh::new(&topology, vertices),
             across,
             boundary_vertices,
+            rings: Arc::new(rings(&topology)),
             vertices: Vec::new(),
             face_normals: vec![Vec3::ZERO; topology.face_count()],
             vertex_normals: vec![Vec3::ZERO; topology.vertex_count()],
@@ -175,6 +178,11 @@ impl Obstacle {
             exposure.update(self);
             self.exposure = Some(exposure);
         }
+    }
+
+    /// The corners of a face and the vertices next to them.
+    pub(crate) fn ring(&self, face: u32) -> &[u32] {
+        self.rings.row(face as usize)
     }
 
     /// The face across the edge of a face that is opposite a corner; [`NONE`] on the boundary.
@@ -425,24 +433,49 @@ impl Obstacle {
     }
 }
 
+/// The corners of every face and the vertices next to them.
+fn rings(topology: &Topology) -> Adjacency {
+    let mut pairs = Vec::with_capacity(12 * topology.face_count());
+    for (index, face) in (0u32..).zip(topology.faces()) {
+        let first = pairs.len();
+        pairs.extend(face.iter().map(|&corner| (index, corner)));
+        for &corner in face {
+            for &vertex in topology.neighbours(corner as usize) {
+                if !pairs[first..].contains(&(index, vertex)) {
+                    pairs.push((index, vertex));
+                }
+            }
+        }
+    }
+    Adjacency::from_pairs(topology.face_count(), &pairs)
+}
+
 /// The corner of a face that is not on an edge.
 fn opposite(face: [u32; 3], edge: [u32; 2]) -> Option<usize> {
     face.iter().position(|vertex| !edge.contains(vertex))
 }
 
-/// Inner angles of a triangle; zero where it has no area.
+/// Inner angles of a triangle; all right angles where an edge has no length. They weigh normals, nothing else, so f32 does.
 fn angles([a, b, c]: [Vec3; 3]) -> [f64; 3] {
-    let (ab, bc, ca) = ((b - a).normalize_or_zero(), (c - b).normalize_or_zero(), (a - c).normalize_or_zero());
-    let angle = |u: Vec3, v: Vec3| angle_of_cosine(-u.dot(v));
-    [angle(ca, ab), angle(ab, bc), angle(bc, ca)]
+    let (ab, bc, ca) = (b - a, c - b, a - c);
+    // A fourth lane fills the register.
+    let squared = [ca.length_squared() as f32, ab.length_squared() as f32, bc.length_squared() as f32, 1.0];
+    let inverse = squared.map(|squared| 1.0 / squared.max(f32::MIN_POSITIVE).sqrt());
+    let products = [ca.dot(ab) as f32, ab.dot(bc) as f32, bc.dot(ca) as f32, 0.0];
+    let cosines = std::array::from_fn(|corner| -products[corner] * inverse[corner] * inverse[(corner + 1) % 3]);
+    let [at_a, at_b, at_c, _] = angles_of_cosines(cosines).map(f64::from);
+    [at_a, at_b, at_c]
 }
 
-/// Arc cosine within 7e-5, several times faster than the exact one (Abramowitz and Stegun 4.4.45). The angles weigh
-/// normals, nothing else.
-fn angle_of_cosine(cosine: f64) -> f64 {
-    let x = cosine.abs().min(1.0);
-    let positive = (1.0 - x).sqrt() * (1.570_728_8 + x * (-0.212_114_4 + x * (0.074_261 - 0.018_729_3 * x)));
-    if cosine < 0.0 { std::f64::consts::PI - positive } else { positive }
+/// Arc cosines within 7e-5, several times faster than the exact ones (Abramowitz and Stegun 4.4.45).
+fn angles_of_cosines(cosines: [f32; 4]) -> [f32; 4] {
+    let x = cosines.map(|cosine| cosine.abs().min(1.0));
+    let root = x.map(|x| (1.0 - x).sqrt());
+    let series = x.map(|x| 1.570_728_8 + x * (-0.212_114_4 + x * (0.074_261 - 0.018_729_3 * x)));
+    std::array::from_fn(|lane| {
+        let positive = root[lane] * series[lane];
+        if cosines[lane] < 0.0 { std::f32::consts::PI - positive } else { positive }
+    })
 }
 
 /// Where on a face a point lies.
@@ -472,7 +505,8 @@ pub(crate) mod tests {
     fn the_fast_arc_cosine_is_close() {
         for step in 0..=2000 {
             let x = f64::from(step) / 1000.0 - 1.0;
-            assert!((super::angle_of_cosine(x) - x.acos()).abs() < 7e-5, "{x}");
+            let [found, ..] = super::angles_of_cosines([x as f32; 4]);
+            assert!((f64::from(found) - x.acos()).abs() < 7e-5, "{x}");
         }
     }
 

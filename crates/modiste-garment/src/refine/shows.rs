@@ -29,14 +29,31 @@ pub(crate) fn find_lifts(
     sites: &mut [Site],
     grounds: &[Ground<'_>],
     garment: &[Vec3],
-    lifts: &mut Vec<Lift>,
+    lifts: &mut Lifts,
 ) {
-    let faces = topology.faces().par_iter().with_min_len(FACES_AT_ONCE);
-    lifts.clear();
     let known: &[Site] = sites;
     let is_new = |face: &[u32; 3]| face.iter().any(|&vertex| known[vertex as usize].fresh);
-    lifts.par_extend(faces.filter(|face| is_new(face)).filter_map(|face| lift(*face, known, grounds, garment)));
+    let runs = topology.faces().par_chunks(FACES_AT_ONCE);
+    lifts.of_runs.resize_with(runs.len(), Vec::new);
+    runs.zip(&mut lifts.of_runs).for_each(|(faces, lifts)| {
+        lifts.clear();
+        let new = faces.iter().filter(|face| is_new(face));
+        lifts.extend(new.filter_map(|face| lift(*face, known, grounds, garment)));
+    });
     sites.iter_mut().for_each(|site| site.fresh = false);
+}
+
+/// Triangles of cloth with something above them, found side by side in runs of faces.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Lifts {
+    of_runs: Vec<Vec<Lift>>,
+}
+
+impl Lifts {
+    /// All of them, in the order of the faces.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Lift> {
+        self.of_runs.iter().flatten()
+    }
 }
 
 /// The vertices tried are those of the nearest faces of the corners, and where the surface is curved there, or ends under the
@@ -83,11 +100,10 @@ fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], garment: &[Vec3]
                 height = above;
             }
         };
-        for vertex in obstacle.topology().faces()[contact.face as usize] {
-            try_vertex(vertex);
-            if looks_around {
-                obstacle.topology().neighbours(vertex as usize).iter().for_each(|&around| try_vertex(around));
-            }
+        if looks_around {
+            obstacle.ring(contact.face).iter().copied().for_each(&mut try_vertex);
+        } else {
+            obstacle.topology().faces()[contact.face as usize].into_iter().for_each(&mut try_vertex);
         }
     }
     // Centimetres above the cloth are no show-through, but another limb.

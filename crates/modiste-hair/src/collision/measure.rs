@@ -1,6 +1,6 @@
 //! How much hair is inside, by the text's loose test and by an exact one.
 
-use modiste_core::{Vec3, vertex_normals};
+use modiste_core::Vec3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -61,17 +61,13 @@ impl CoefficientDeviation {
     }
 }
 
-/// Points but roots whose offset from the nearest vertex is against its normal (eq. 28).
+/// Points but roots whose offset from the nearest vertex is against its normal (eq. 28); a point that looks past the rim of the
+/// surface is outside.
 pub fn penetration_by_vertices(points: &[Vec3], surface: &Surface) -> Penetration {
-    let x = surface.vertices();
-    let normals = vertex_normals(surface.topology(), x);
-    Penetration::of_distances(points.par_iter().enumerate().filter(|(index, _)| index % POINTS != 0).map(|(_, &p)| {
-        let at = surface.tree().closest_point(x, p, REACH)?;
-        let face = surface.topology().faces()[at.face as usize];
-        let nearest = face
-            .into_iter()
-            .min_by(|&a, &b| x[a as usize].distance_squared(p).total_cmp(&x[b as usize].distance_squared(p)))?;
-        Some(normals[nearest as usize].dot(p - x[nearest as usize]))
+    let points = points.par_iter().enumerate().filter(|(index, _)| index % POINTS != 0);
+    Penetration::of_distances(points.map(|(_, &p)| {
+        let (vertex, normal) = surface.nearest_vertex(p, REACH, u32::MAX)?;
+        Some(normal.dot(p - surface.vertices()[vertex as usize]))
     }))
 }
 

@@ -1,13 +1,13 @@
 //! Points that are linear in a few coefficients, and what they may not pass.
 
-use modiste_core::{Matrix, QuantisedBasis, Vec3, vertex_normals};
+use modiste_core::{Matrix, QuantisedBasis, Vec3};
 use rayon::prelude::*;
 
 use crate::HairError;
 use crate::surface::Surface;
 
-/// How far the surface is looked for around a point (m).
-const REACH: f64 = 0.05;
+/// How far the surface is looked for around a point (m): hair that the model has put deepest into a shoulder must find it.
+const REACH: f64 = 0.12;
 
 /// Some points of a sequence as linear functions of its coefficients: `p_i(y) = Q_i y + μ_i`.
 ///
@@ -26,6 +26,8 @@ pub struct Subspace {
     root_rows: Vec<f32>,
     /// `Σ Q_rᵀ Q_r` over the roots.
     root_gram: Matrix,
+    /// Mean square length of the components over all points: 1, unless points were added between those that were learned.
+    size: f64,
 }
 
 /// A point with the vertex of the surface nearest to it (the set C of the text).
@@ -69,13 +71,17 @@ impl Subspace {
             }
             (mean, rows)
         };
+        let square = |row: &[i8]| row.iter().map(|&q| f64::from(q).powi(2)).sum::<f64>();
+        let squares = basis.values().chunks_exact(n.max(1)).zip(basis.scales());
+        let size =
+            squares.map(|(row, &scale)| f64::from(scale).powi(2) * square(row)).sum::<f64>() / count.max(1) as f64;
         let (point_mean, rows) = gather(&points);
         let (root_mean, root_rows) = gather(&roots);
         let mut root_gram = Matrix::zeros(count, count);
         for row in root_rows.chunks_exact(count.max(1)) {
             add_outer(&mut root_gram, row, 1.0);
         }
-        Ok(Self { count, points, mean: point_mean, rows, roots, root_mean, root_rows, root_gram })
+        Ok(Self { count, points, mean: point_mean, rows, roots, root_mean, root_rows, root_gram, size })
     }
 
     /// Number of coefficients.
@@ -112,30 +118,47 @@ impl Subspace {
     }
 
     /// `Q_iᵀ n`: how the distance of a point along a normal follows from the coefficients.
-    pub(super) fn along(&self, point: usize, normal: Vec3) -> Vec<f32> {
+    pub(super) fn along(&self, point: usize, normal: Vec3, out: &mut [f64]) {
         let rows = &self.rows[3 * point * self.count..][..3 * self.count];
-        let n = normal.to_array().map(|x| x as f32);
-        (0..self.count)
-            .map(|k| n[0] * rows[k] + n[1] * rows[self.count + k] + n[2] * rows[2 * self.count + k])
-            .collect()
+        let (x, rest) = rows.split_at(self.count);
+        let (y, z) = rest.split_at(self.count);
+        for (k, value) in out.iter_mut().enumerate() {
+            *value = normal.x * f64::from(x[k]) + normal.y * f64::from(y[k]) + normal.z * f64::from(z[k]);
+        }
+    }
+
+    /// Mean square length of the components over all points, by which distances of coefficients are those of points.
+    pub(super) fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// Where all points are (m).
+    pub fn positions(&self, y: &[f64]) -> Vec<Vec3> {
+        (0..self.points.len()).into_par_iter().with_min_len(64).map(|point| self.position(point, y)).collect()
     }
 
     /// The nearest vertex of a surface to each point that is near it, at coefficients `y`.
-    ///
-    /// Found as the nearest corner of the nearest face, which is exact but for needles of faces.
     pub fn correspondences(&self, y: &[f64], surface: &Surface) -> Vec<Correspondence> {
-        let x = surface.vertices();
-        let normals = vertex_normals(surface.topology(), x);
-        (0..self.points.len())
-            .into_par_iter()
-            .filter_map(|point| {
-                let p = self.position(point, y);
-                let at = surface.tree().closest_point(x, p, REACH)?;
-                let face = surface.topology().faces()[at.face as usize];
-                let nearest = face
-                    .into_iter()
-                    .min_by(|&a, &b| x[a as usize].distance_squared(p).total_cmp(&x[b as usize].distance_squared(p)))?;
-                Some(Correspondence { point, at: x[nearest as usize], normal: normals[nearest as usize] })
+        self.nearest_vertices(&self.positions(y), surface, |_| Some(u32::MAX))
+    }
+
+    /// The same for points at known places (m), of those that `likely` gives a face to try first for.
+    ///
+    /// Found as the nearest corner of the nearest face, which is exact but for needles of faces. Points that look past the
+    /// rim of the surface have none.
+    pub(crate) fn nearest_vertices(
+        &self,
+        positions: &[Vec3],
+        surface: &Surface,
+        likely: impl Fn(Vec3) -> Option<u32> + Sync,
+    ) -> Vec<Correspondence> {
+        positions
+            .par_iter()
+            .enumerate()
+            .with_min_len(64)
+            .filter_map(|(point, &p)| {
+                let (vertex, normal) = surface.nearest_vertex(p, REACH, likely(p)?)?;
+                Some(Correspondence { point, at: surface.vertices()[vertex as usize], normal })
             })
             .collect()
     }
@@ -173,7 +196,7 @@ impl Subspace {
 }
 
 /// Adds `weight * v vᵀ` to the lower triangle and the diagonal.
-pub(super) fn add_outer(matrix: &mut Matrix, v: &[f32], weight: f64) {
+fn add_outer(matrix: &mut Matrix, v: &[f32], weight: f64) {
     for i in 0..v.len() {
         let scaled = weight * f64::from(v[i]);
         for (entry, &other) in matrix.row_mut(i)[..=i].iter_mut().zip(v) {

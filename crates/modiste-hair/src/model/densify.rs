@@ -44,12 +44,15 @@ impl HairModel {
             bust_vertices: self.bust_vertices.clone(),
             bust_rest: self.bust_rest.clone(),
             bust: self.bust.clone(),
+            plain: self.plain,
+            space: self.space.clone(),
+            limits: std::sync::Arc::clone(&self.limits),
             expansion: Expansion::new(&mean, &basis),
             mean,
             basis,
             std_devs: self.std_devs.clone(),
             blocks: self.blocks.copied()?,
-            ridge: self.ridge,
+            ridges: self.ridges.clone(),
             seed: self.seed,
         })
     }

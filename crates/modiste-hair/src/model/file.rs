@@ -8,8 +8,10 @@ use modiste_io::model::{Header, ModelFile, Writer};
 use super::HairModel;
 use super::blocks::Blocks;
 use super::expansion::Expansion;
-use super::matrix::{Layout, Ridge};
+use super::inputs::Inputs;
+use super::matrix::{Layout, MOVES, Ridge};
 use crate::scalp::Root;
+use crate::space::HairSpace;
 use crate::training::Cell;
 use crate::{HairError, POINTS};
 
@@ -38,7 +40,10 @@ impl HairModel {
         let layout = self.layout();
         let mut header = Header {
             kind: KIND.to_owned(),
-            units: "m, rad; hair in canonical space of the bust".to_owned(),
+            units: format!(
+                "m, rad; hair in {}",
+                if self.plain { "canonical space of the bust" } else { "space of the head" }
+            ),
             seed: self.seed,
             sources: provenance.sources.clone(),
             licence: provenance.licence.clone(),
@@ -49,7 +54,9 @@ impl HairModel {
             ("guides", self.roots.len()),
             ("points", POINTS),
             ("hair", layout.hair),
-            ("bust", layout.bust),
+            ("bust", self.bust.count()),
+            ("inputs", layout.inputs),
+            ("head", self.space.head().len()),
             ("bust_vertices", self.bust_vertices.len()),
             ("cells", self.cells.len()),
         ] {
@@ -59,8 +66,7 @@ impl HairModel {
         for (name, value) in [
             ("name", self.name.clone()),
             ("fps", self.fps.to_string()),
-            ("ridge_independent", self.ridge.independent.to_string()),
-            ("ridge_shared", self.ridge.shared.to_string()),
+            ("plain", self.plain.to_string()),
             ("cells", cells),
         ] {
             header.attributes.insert(name.to_owned(), value);
@@ -69,6 +75,7 @@ impl HairModel {
         let mut writer = Writer::new(header);
         let faces: Vec<u32> = self.roots.iter().map(|root| root.face).collect();
         let places: Vec<f32> = self.roots.iter().flat_map(|root| root.barycentric).map(|x| x as f32).collect();
+        let ridges: Vec<f64> = self.ridges.iter().flat_map(|r| [r.independent, r.shared, r.inputs]).collect();
         let rest: Vec<f32> = self.bust_rest.iter().flat_map(|p| p.to_array()).map(|x| x as f32).collect();
         writer
             .add_u32("root_faces", &[faces.len()], faces)
@@ -76,7 +83,10 @@ impl HairModel {
             .add_u32("bust_vertices", &[self.bust_vertices.len()], &self.bust_vertices[..])
             .add_f32("bust_rest", &[self.bust_rest.len(), 3], rest)
             .add_f32("bust_mean", &[self.bust.mean.len()], &self.bust.mean[..])
-            .add_f32("bust_basis", &[layout.bust, self.bust.mean.len()], &self.bust.basis[..])
+            .add_f32("bust_basis", &[self.bust.count(), self.bust.mean.len()], &self.bust.basis[..])
+            .add_u32("head_vertices", &[self.space.head().len()], self.space.head())
+            .add_f64("ridges", &[self.ridges.len(), 3], ridges)
+            .add_f64("input_limits", &[self.limits.len()], &self.limits[..])
             .add_f32("hair_mean", &[n], &self.mean[..])
             .add_f32("hair_scales", &[layout.hair], self.basis.scales())
             .add_i8("hair_basis", &[layout.hair, n], self.basis.values())
@@ -133,7 +143,26 @@ impl HairModel {
         let basis =
             QuantisedBasis::from_parts(file.f32("hair_scales", &[hair])?, file.i8("hair_basis", &[hair, n])?, n)
                 .map_err(HairError::solving("basis of the hair"))?;
-        let d_a = Layout { bust, hair }.size();
+        let plain: bool = file
+            .attribute("plain")?
+            .parse()
+            .map_err(|error| HairError::data(format!("{name}, attribute \"plain\""), "true or false", error))?;
+        let layout = Layout { inputs: size("inputs", 1000)?, hair };
+        if layout.inputs != Inputs::count(plain, bust) {
+            let wanted = Inputs::count(plain, bust);
+            return Err(HairError::data(format!("{name}, dimension \"inputs\""), wanted, layout.inputs));
+        }
+        let limits = file.f64("input_limits", &[layout.inputs + MOVES])?;
+        if let Some(limit) = limits.iter().find(|limit| !(limit.is_finite() && **limit >= 0.0)) {
+            return Err(HairError::data(format!("{name}, limits of the inputs"), "numbers of 0 or more", limit));
+        }
+        let rest: Vec<Vec3> =
+            rest.chunks_exact(3).map(|p| Vec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2]))).collect();
+        let head = file.u32("head_vertices", &[file.dimension("head")?])?;
+        if let Some(vertex) = head.iter().find(|&&vertex| vertex as usize >= tracked) {
+            return Err(HairError::data(format!("{name}, vertices of the head"), format!("below {tracked}"), vertex));
+        }
+        let d_a = layout.size();
         let triangle = file.f32("tensor", &[cells * d_a * (cells * d_a + 1) / 2])?;
         Ok(Self {
             name: file.attribute("name")?.to_owned(),
@@ -143,10 +172,10 @@ impl HairModel {
                 .collect(),
             cells: list,
             bust_vertices: file.u32("bust_vertices", &[tracked])?,
-            bust_rest: rest
-                .chunks_exact(3)
-                .map(|p| Vec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2])))
-                .collect(),
+            space: HairSpace::of_head(head, &rest),
+            bust_rest: rest,
+            plain,
+            limits: limits.into(),
             bust: Pca {
                 mean: file.f32("bust_mean", &[3 * tracked])?,
                 basis: file.f32("bust_basis", &[bust, 3 * tracked])?,
@@ -158,8 +187,17 @@ impl HairModel {
             basis,
             std_devs: file.f64("hair_std_devs", &[hair])?,
             blocks: Blocks::from_triangle(triangle, d_a, cells)?,
-            ridge: Ridge { independent: number("ridge_independent")?, shared: number("ridge_shared")? },
+            ridges: ridges(file, name, cells)?,
             seed: file.header().seed,
         })
     }
+}
+
+fn ridges(file: &ModelFile, name: &str, cells: usize) -> Result<Vec<Ridge>, HairError> {
+    let numbers = file.f64("ridges", &[cells, 3])?;
+    if let Some(number) = numbers.iter().find(|number| !(number.is_finite() && **number >= 0.0)) {
+        return Err(HairError::data(format!("{name}, ridges"), "numbers of 0 or more", number));
+    }
+    let ridges = numbers.as_chunks::<3>().0.iter();
+    Ok(ridges.map(|&[independent, shared, inputs]| Ridge { independent, shared, inputs }).collect())
 }

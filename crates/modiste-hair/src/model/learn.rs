@@ -1,15 +1,18 @@
 //! Learning: principal components of bust and hair, and the blocks of the hair tensor.
 
 use modiste_body::Body;
-use modiste_core::{Matrix, Pca, Progress, QuantisedBasis};
+use modiste_core::{Affine3, Matrix, Pca, Progress, QuantisedBasis, Vec3};
 use rayon::prelude::*;
 
 use super::blocks::Blocks;
+use super::bust::BustState;
 use super::expansion::Expansion;
+use super::inputs::Inputs;
 use super::matrix::{Layout, MOVES, Ridge, StyleMatrix};
 use super::{Dynamics, HairModel};
-use crate::canonical::BustTrack;
+use crate::canonical::{BustTrack, Frame};
 use crate::scalp::Root;
+use crate::space::HairSpace;
 use crate::training::{Factors, Recorded, TrainingFolder};
 use crate::{HairError, POINTS};
 
@@ -21,8 +24,11 @@ const CHUNK: usize = 512;
 /// Every so many training sequences, one is kept back to choose the ridge by.
 const CHOOSE_EVERY: usize = 6;
 /// Ridges that are tried.
-const INDEPENDENT: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
-const SHARED: [f64; 5] = [1e-3, 1e-2, 3e-2, 1e-1, 3e-1];
+const INDEPENDENT: [f64; 3] = [1e-4, 1e-3, 1e-2];
+const SHARED: [f64; 4] = [1e-2, 3e-2, 1e-1, 3e-1];
+const INPUTS: [f64; 4] = [1e-3, 1e-2, 5e-2, 2e-1];
+/// How far beyond what was seen in training inputs may go.
+const BEYOND: f64 = 1.2;
 /// A style whose largest eigenvalue is above this is not taken.
 const STABLE: f64 = 0.995;
 
@@ -33,11 +39,13 @@ pub struct LearnOptions {
     pub hair_dimensions: usize,
     /// Bust coefficients, d_b.
     pub bust_dimensions: usize,
+    /// Whether the model is that of the thesis alone ([`HairSpace`], [`Inputs`]).
+    pub plain: bool,
 }
 
 impl Default for LearnOptions {
     fn default() -> Self {
-        Self { hair_dimensions: 100, bust_dimensions: 10 }
+        Self { hair_dimensions: 100, bust_dimensions: 10, plain: false }
     }
 }
 
@@ -54,10 +62,12 @@ pub struct Learned {
     pub sequences: usize,
 }
 
-/// A sequence in coefficients: the bust per frame, and the hair per cell and frame.
+/// A sequence in coefficients: the bust and the inputs per frame, and the hair per cell and frame.
 struct Reduced {
-    recorded: Recorded,
-    bust: Vec<Vec<f64>>,
+    busts: Vec<BustState>,
+    inputs: Vec<Vec<f64>>,
+    /// Whether the bust cannot have moved to where it is in a frame, or in the one before.
+    cut: Vec<bool>,
     hair: Vec<Vec<Vec<f64>>>,
 }
 
@@ -87,20 +97,22 @@ pub fn learn(
         return Err(HairError::data("training set", "100 frames or more", frames));
     }
     progress.start(STAGE, recorded.len() + 3);
-    let bust = bust_components(&recorded, frames, options.bust_dimensions)?;
-    let hair = hair_components(folder, &recorded, frames, options.hair_dimensions)?;
+    let track = BustTrack::reference(body)?;
+    let bust_rest: Vec<Vec3> = track.vertices().iter().map(|&v| body.rest_vertices()[v as usize]).collect();
+    let space = if options.plain { HairSpace::of_bust() } else { HairSpace::of_head(track.head(), &bust_rest) };
+    let bust = bust_components(&recorded, frames, &space, options.bust_dimensions)?;
+    let hair = hair_components(folder, &recorded, frames, &space, options.hair_dimensions)?;
     progress.advance(STAGE, 1);
     let energy = hair.std_devs.iter().map(|s| s * s).sum::<f64>() / hair.total_variance;
     let mut reduced = Vec::with_capacity(recorded.len());
     for (index, recorded) in recorded.into_iter().enumerate() {
-        reduced.push(reduce(folder, recorded, &bust, &hair)?);
+        reduced.push(reduce(folder, recorded, &bust, (&space, &hair), options.plain)?);
         progress.advance(STAGE, index + 2);
     }
-    let layout = Layout { bust: bust.count(), hair: hair.count() };
+    let layout = Layout { inputs: Inputs::count(options.plain, bust.count()), hair: hair.count() };
     let chosen = |index: usize| index % CHOOSE_EVERY == CHOOSE_EVERY - 1;
     let gram_of = |wanted: &dyn Fn(usize) -> bool| gram(&reduced, layout, cells.len(), wanted);
     let (kept, rest) = (gram_of(&|index| !chosen(index)), gram_of(&chosen));
-    let track = BustTrack::reference(body)?;
     let n = 3 * POINTS * roots.len();
     let basis =
         QuantisedBasis::from_f32(&hair.basis, hair.count(), n).map_err(HairError::solving("basis of the hair"))?;
@@ -110,14 +122,17 @@ pub fn learn(
         roots: roots.to_vec(),
         cells: cells.clone(),
         bust_vertices: track.vertices().to_vec(),
-        bust_rest: track.vertices().iter().map(|&v| body.rest_vertices()[v as usize]).collect(),
+        bust_rest,
+        plain: options.plain,
+        space,
+        limits: limits(&reduced),
         expansion: Expansion::new(&hair.mean, &basis),
         basis,
         mean: hair.mean,
         std_devs: hair.std_devs,
         bust,
         blocks: Blocks::from_gram(&kept, cells.len())?,
-        ridge: Ridge::NONE,
+        ridges: vec![Ridge::NONE; cells.len()],
         seed: folder.recipe().seed,
     };
     let trial: Vec<&Reduced> = reduced.iter().enumerate().filter(|(index, _)| chosen(*index)).map(|(_, r)| r).collect();
@@ -127,16 +142,18 @@ pub fn learn(
         *value += more;
     }
     model.blocks = Blocks::from_gram(&sum, cells.len())?;
-    model.ridge = first_stable(&model, &ridges)?;
+    take_first_stable(&mut model, &ridges)?;
     progress.finish(STAGE);
     Ok(Learned { energy, frames, sequences: reduced.len(), model })
 }
 
-fn bust_components(recorded: &[Recorded], frames: usize, count: usize) -> Result<Pca, HairError> {
+fn bust_components(recorded: &[Recorded], frames: usize, space: &HairSpace, count: usize) -> Result<Pca, HairError> {
     let every = frames.div_ceil(BUST_FRAMES).max(1);
-    let numbers = recorded[0].bust.len() / recorded[0].frames.len();
-    let samples: Vec<&[f32]> =
-        recorded.iter().flat_map(|sequence| sequence.bust.chunks_exact(numbers)).step_by(every).collect();
+    let numbers = |(frame, canonical): (Frame, Vec<Vec3>)| -> Vec<f32> {
+        space.level(frame, canonical).1.iter().flat_map(|p| p.to_array()).map(|x| x as f32).collect()
+    };
+    let samples: Vec<Vec<f32>> = recorded.iter().flat_map(Recorded::busts).step_by(every).map(numbers).collect();
+    let samples: Vec<&[f32]> = samples.iter().map(Vec::as_slice).collect();
     Pca::fit(&samples, count).map_err(HairError::solving("components of the bust"))
 }
 
@@ -144,6 +161,7 @@ fn hair_components(
     folder: &TrainingFolder,
     recorded: &[Recorded],
     frames: usize,
+    space: &HairSpace,
     count: usize,
 ) -> Result<Pca, HairError> {
     let cells = folder.recipe().cells.len();
@@ -155,9 +173,9 @@ fn hair_components(
         for cell in 0..cells {
             let count = sequence.frames.len();
             let hair = folder.hair(&sequence.name, cell, count)?;
-            for frame in hair.chunks_exact(hair.len() / count) {
+            for (frame, (_, canonical)) in hair.chunks_exact(hair.len() / count).zip(sequence.busts()) {
                 if at % every == 0 {
-                    samples.push(frame.to_vec());
+                    samples.push(space.carry(&space.pose(&canonical).inverse(), frame));
                 }
                 at += 1;
             }
@@ -167,17 +185,56 @@ fn hair_components(
     Pca::fit(&samples, count).map_err(HairError::solving("components of the hair"))
 }
 
-fn reduce(folder: &TrainingFolder, recorded: Recorded, bust: &Pca, hair: &Pca) -> Result<Reduced, HairError> {
+fn reduce(
+    folder: &TrainingFolder,
+    recorded: Recorded,
+    bust: &Pca,
+    (space, hair): (&HairSpace, &Pca),
+    plain: bool,
+) -> Result<Reduced, HairError> {
     let count = recorded.frames.len();
-    let numbers = recorded.bust.len() / count;
-    let bust = recorded.bust.chunks_exact(numbers).map(|frame| bust.project(frame)).collect();
+    let poses: Vec<Affine3> = recorded.busts().map(|(_, canonical)| space.pose(&canonical).inverse()).collect();
+    let busts: Vec<BustState> =
+        recorded.busts().map(|(frame, canonical)| BustState::new(space, bust, frame, canonical)).collect();
     let mut cells = Vec::new();
     for cell in 0..folder.recipe().cells.len() {
         let numbers = folder.hair(&recorded.name, cell, count)?;
         let frames: Vec<&[f32]> = numbers.chunks_exact(numbers.len() / count).collect();
-        cells.push(frames.par_iter().map(|frame| hair.project(frame)).collect());
+        let carried = frames.par_iter().zip(&poses).map(|(frame, pose)| hair.project(&space.carry(pose, frame)));
+        cells.push(carried.collect());
     }
-    Ok(Reduced { recorded, bust, hair: cells })
+    let mut inputs = Inputs::new(plain);
+    let driven = busts.iter().map(|bust| inputs.next(bust)).collect();
+    let is_cut = |t: usize| {
+        let before = || [&busts[t - 2].frame, &busts[t - 1].frame];
+        t >= 2 && busts[t].frame.is_cut(before(), busts[t].shift(&busts[t - 1]))
+    };
+    let cut = (0..count).map(|t| t >= 1 && (is_cut(t) || t >= 2 && is_cut(t - 1))).collect();
+    Ok(Reduced { busts, inputs: driven, cut, hair: cells })
+}
+
+/// How far inputs and moves may go.
+fn limits(reduced: &[Reduced]) -> std::sync::Arc<[f64]> {
+    let mut limits: Vec<f64> = Vec::new();
+    for sequence in reduced {
+        for t in (2..sequence.busts.len()).filter(|&t| !sequence.cut[t]) {
+            let numbers = sequence.inputs[t].iter().copied().chain(moves(sequence, t));
+            for (index, number) in numbers.enumerate() {
+                match limits.get_mut(index) {
+                    Some(limit) => *limit = limit.max(BEYOND * number.abs()),
+                    None => limits.push(BEYOND * number.abs()),
+                }
+            }
+        }
+    }
+    limits.into()
+}
+
+/// `z_{t,t−2}` and `z_{t−1,t−2}`.
+fn moves(sequence: &Reduced, t: usize) -> [f64; MOVES] {
+    let frame = |t: usize| sequence.busts[t].frame;
+    let (a, b) = (frame(t).since(&frame(t - 2)), frame(t - 1).since(&frame(t - 2)));
+    std::array::from_fn(|i| if i < 5 { a[i] } else { b[i - 5] })
 }
 
 /// `D Dᵀ` of the stacked blocks over the frames from the third on of the wanted sequences.
@@ -193,7 +250,7 @@ fn gram(reduced: &[Reduced], layout: Layout, cells: usize, wanted: &dyn Fn(usize
         rows.clear();
     };
     for sequence in reduced.iter().enumerate().filter(|(index, _)| wanted(*index)).map(|(_, sequence)| sequence) {
-        for t in 2..sequence.bust.len() {
+        for t in (2..sequence.busts.len()).filter(|&t| !sequence.cut[t]) {
             let mut row = Vec::with_capacity(cells * size);
             for cell in 0..cells {
                 row.extend(augmented(sequence, cell, t));
@@ -212,59 +269,68 @@ fn gram(reduced: &[Reduced], layout: Layout, cells: usize, wanted: &dyn Fn(usize
 
 /// `w_t = [x_t; y_{t−2}; y_{t−1}; z_{t,t−2}; z_{t−1,t−2}; y_t]`.
 fn augmented(sequence: &Reduced, cell: usize, t: usize) -> impl Iterator<Item = f64> {
-    let (hair, frames) = (&sequence.hair[cell], &sequence.recorded.frames);
-    let moves: [f64; MOVES] = {
-        let (a, b) = (frames[t].since(&frames[t - 2]), frames[t - 1].since(&frames[t - 2]));
-        std::array::from_fn(|i| if i < 5 { a[i] } else { b[i - 5] })
-    };
-    sequence.bust[t].iter().chain(&hair[t - 2]).chain(&hair[t - 1]).copied().chain(moves).chain(hair[t].iter().copied())
+    let hair = &sequence.hair[cell];
+    let moves = moves(sequence, t);
+    sequence.inputs[t]
+        .iter()
+        .chain(&hair[t - 2])
+        .chain(&hair[t - 1])
+        .copied()
+        .chain(moves)
+        .chain(hair[t].iter().copied())
 }
 
-/// Ridges in the order of how near the model comes to simulated hair with them, running freely through the trial sequences.
-fn choose_ridges(model: &HairModel, trial: &[&Reduced]) -> Result<Vec<Ridge>, HairError> {
-    let mut tried = Vec::new();
+/// For each cell, ridges in the order of how near the model comes to simulated hair with them, running freely through the
+/// trial sequences.
+fn choose_ridges(model: &HairModel, trial: &[&Reduced]) -> Result<Vec<Vec<Ridge>>, HairError> {
+    let mut tried = vec![Vec::new(); model.cells.len()];
     for independent in INDEPENDENT {
         for shared in SHARED {
-            let ridge = Ridge { independent, shared };
-            let error = free_error(model, trial, ridge)?;
-            tried.push((error, ridge));
+            for inputs in INPUTS {
+                let ridge = Ridge { independent, shared, inputs };
+                for (cell, tried) in tried.iter_mut().enumerate() {
+                    tried.push((free_error(model, trial, cell, ridge)?, ridge));
+                }
+            }
         }
     }
-    tried.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(tried.into_iter().map(|(_, ridge)| ridge).collect())
+    let in_order = |mut tried: Vec<(f64, Ridge)>| {
+        tried.sort_by(|a, b| a.0.total_cmp(&b.0));
+        tried.into_iter().map(|(_, ridge)| ridge).collect()
+    };
+    Ok(tried.into_iter().map(in_order).collect())
 }
 
-/// Sum of squared distances between predicted and simulated coefficients.
-fn free_error(model: &HairModel, trial: &[&Reduced], ridge: Ridge) -> Result<f64, HairError> {
+/// Sum of squared distances between predicted and simulated coefficients of a cell.
+fn free_error(model: &HairModel, trial: &[&Reduced], cell: usize, ridge: Ridge) -> Result<f64, HairError> {
+    let factors = Factors::of_cell(&model.cells[cell]);
+    let matrix = StyleMatrix::new(&model.blocks, &factors.weights(&model.cells)?, model.layout(), ridge)?;
     let mut sum = 0.0;
-    for (index, cell) in model.cells.iter().enumerate() {
-        let weights = Factors::of_cell(cell).weights(&model.cells)?;
-        let matrix = StyleMatrix::new(&model.blocks, &weights, model.layout(), ridge)?;
-        for sequence in trial {
-            let mut dynamics = Dynamics::with_matrix(Factors::of_cell(cell), matrix.clone());
-            for (t, frame) in sequence.recorded.frames.iter().enumerate() {
-                let found = dynamics.step(*frame, &sequence.bust[t]);
-                let wanted = &sequence.hair[index][t];
-                sum += found.iter().zip(wanted).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
-            }
+    for sequence in trial {
+        let mut dynamics = Dynamics::with_matrix(model, factors, matrix.clone());
+        for (bust, wanted) in sequence.busts.iter().zip(&sequence.hair[cell]) {
+            let found = dynamics.step(bust);
+            sum += found.iter().zip(wanted).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         }
     }
     Ok(if sum.is_finite() { sum } else { f64::INFINITY })
 }
 
-/// The best ridge with which every style is stable; where none of those tried is, stronger ones.
-fn first_stable(model: &HairModel, ridges: &[Ridge]) -> Result<Ridge, HairError> {
-    let strongest = Ridge { independent: 0.1, shared: 1.0 };
-    for &ridge in ridges.iter().chain([&strongest]) {
-        if largest_eigenvalue(model, ridge)? < STABLE {
-            return Ok(ridge);
+/// Takes the best ridges of the cells, or the next best, with which every style is stable; where none of those tried are,
+/// stronger ones.
+fn take_first_stable(model: &mut HairModel, ridges: &[Vec<Ridge>]) -> Result<(), HairError> {
+    let strongest = Ridge { independent: 0.1, shared: 1.0, inputs: 0.1 };
+    for rank in 0..=ridges[0].len() {
+        model.ridges = ridges.iter().map(|ridges| ridges.get(rank).copied().unwrap_or(strongest)).collect();
+        if largest_eigenvalue(model)? < STABLE {
+            return Ok(());
         }
     }
     Err(HairError::data("hair dynamics", format!("eigenvalues below {STABLE}"), "none of the ridges gives them"))
 }
 
 /// λ_max over a coarse grid of the factors and all cells; the report looks at a fine one.
-fn largest_eigenvalue(model: &HairModel, ridge: Ridge) -> Result<f64, HairError> {
+fn largest_eigenvalue(model: &HairModel) -> Result<f64, HairError> {
     let mut largest = 0.0f64;
     let still = model.cells.iter().filter(|cell| cell.wind.is_none()).count();
     let mut styles: Vec<Factors> = model.cells.iter().map(Factors::of_cell).collect();
@@ -274,8 +340,7 @@ fn largest_eigenvalue(model: &HairModel, ridge: Ridge) -> Result<f64, HairError>
         );
     }
     for factors in styles {
-        let matrix = StyleMatrix::new(&model.blocks, &factors.weights(&model.cells)?, model.layout(), ridge)?;
-        largest = largest.max(matrix.largest_eigenvalue()?);
+        largest = largest.max(model.style(&factors)?.largest_eigenvalue()?);
     }
     Ok(largest)
 }

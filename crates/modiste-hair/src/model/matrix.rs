@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 use super::blocks::Blocks;
 use crate::HairError;
 
-/// Where the parts of an augmented vector `w = [x_t; y_{t−2}; y_{t−1}; z_{t,t−2}; z_{t−1,t−2}; y_t]` are.
+/// Where the parts of an augmented vector `w = [x_t; y_{t−2}; y_{t−1}; z_{t,t−2}; z_{t−1,t−2}; y_t]` are; x_t are the inputs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Layout {
-    /// Bust coefficients, d_b.
-    pub bust: usize,
+    /// Inputs: the bust coefficients, d_b, and what there is beside them.
+    pub inputs: usize,
     /// Hair coefficients, d_h.
     pub hair: usize,
 }
@@ -26,17 +26,17 @@ impl Layout {
 
     /// Length of its observed part.
     pub fn observed(&self) -> usize {
-        self.bust + 2 * self.hair + MOVES
+        self.inputs + 2 * self.hair + MOVES
     }
 
     /// First place of `y_{t−2}`.
     pub fn older(&self) -> usize {
-        self.bust
+        self.inputs
     }
 
     /// First place of `y_{t−1}`.
     pub fn newer(&self) -> usize {
-        self.bust + self.hair
+        self.inputs + self.hair
     }
 }
 
@@ -51,11 +51,23 @@ pub struct Ridge {
     pub independent: f64,
     /// Variance of the shared noise, as a part of each coefficient's own.
     pub shared: f64,
+    /// Variance of independent noise of the inputs, in place of the first, as a part of each input's own.
+    pub inputs: f64,
 }
 
 impl Ridge {
     /// No noise.
-    pub const NONE: Self = Self { independent: 0.0, shared: 0.0 };
+    pub const NONE: Self = Self { independent: 0.0, shared: 0.0, inputs: 0.0 };
+
+    /// The ridge of a style between cells: its numbers' logarithms are blended, as far as cells are taken and not left.
+    pub fn between(ridges: &[Self], weights: &[f64]) -> Self {
+        let total: f64 = weights.iter().map(|weight| weight.max(0.0)).sum();
+        let mean = |of: fn(&Self) -> f64| {
+            let sum: f64 = ridges.iter().zip(weights).map(|(r, w)| w.max(0.0) * of(r).max(1e-12).ln()).sum();
+            (sum / total.max(f64::MIN_POSITIVE)).exp()
+        };
+        Self { independent: mean(|r| r.independent), shared: mean(|r| r.shared), inputs: mean(|r| r.inputs) }
+    }
 
     /// `G_yo (G_oo + noise)^{-1}` for a Gram matrix whose first `observed` rows are known.
     pub(super) fn condition(self, gram: &Matrix, observed: usize) -> Result<Matrix, HairError> {
@@ -65,7 +77,8 @@ impl Ridge {
     fn condition_with(self, gram: &Matrix, observed: usize, layout: Option<Layout>) -> Result<Matrix, HairError> {
         let mut known = Matrix::from_fn(observed, observed, |i, j| gram[(i, j)]);
         for i in 0..observed {
-            known[(i, i)] += (self.independent + 1e-12) * gram[(i, i)].max(1e-12);
+            let noise = if layout.is_some_and(|layout| i < layout.inputs) { self.inputs } else { self.independent };
+            known[(i, i)] += (noise + 1e-12) * gram[(i, i)].max(1e-12);
         }
         if let Some(layout) = layout {
             for k in 0..layout.hair {
@@ -87,7 +100,7 @@ pub struct StyleMatrix {
     layout: Layout,
     /// `[A B₁ B₂ C₁ C₂]` (d_h × observed).
     all: Matrix,
-    /// Hair from the bust alone, for the first two frames (d_h × d_b).
+    /// Hair from the bust alone, for the first two frames (d_h × inputs and 1).
     start: Matrix,
 }
 
@@ -102,10 +115,10 @@ impl StyleMatrix {
         // With x alone observed, the rest of w is missing; of that only y_t is wanted. The last entry of z, a cosine near 1,
         // stands for the constant: it is as good as known, since a person at rest is at hand.
         let constant = layout.observed() - 1;
-        let picked: Vec<usize> = (0..layout.bust).chain([constant]).chain(layout.observed()..layout.size()).collect();
+        let picked: Vec<usize> = (0..layout.inputs).chain([constant]).chain(layout.observed()..layout.size()).collect();
         let reduced = Matrix::from_fn(picked.len(), picked.len(), |i, j| gram[(picked[i], picked[j])]);
-        let start =
-            Ridge { independent: ridge.independent.max(1e-6), shared: 0.0 }.condition(&reduced, layout.bust + 1)?;
+        let noise = Ridge { independent: ridge.inputs.max(1e-6), ..Ridge::NONE };
+        let start = noise.condition(&reduced, layout.inputs + 1)?;
         Ok(Self { layout, all, start })
     }
 
@@ -115,8 +128,8 @@ impl StyleMatrix {
     }
 
     /// Hair of a first frame, from the bust alone.
-    pub fn first(&self, bust: &[f64]) -> Vec<f64> {
-        let mut observed = bust.to_vec();
+    pub fn first(&self, inputs: &[f64]) -> Vec<f64> {
+        let mut observed = inputs.to_vec();
         observed.push(1.0);
         self.start.mul(&observed)
     }

@@ -1,10 +1,12 @@
 //! The learned hair: bases of hair and bust, and the multilinear model between them.
 
 mod blocks;
+mod bust;
 mod densify;
 mod dynamics;
 mod expansion;
 mod file;
+mod inputs;
 mod learn;
 mod matrix;
 mod tensor;
@@ -15,15 +17,18 @@ use modiste_body::Body;
 use modiste_core::{Pca, QuantisedBasis, Vec3};
 
 pub use blocks::Blocks;
+pub use bust::BustState;
 pub use dynamics::Dynamics;
 pub use expansion::Expansion;
 pub use file::Provenance;
+pub use inputs::Inputs;
 pub use learn::{LearnOptions, Learned, learn};
 pub use matrix::{Layout, MOVES, Ridge, StyleMatrix};
 pub use tensor::{NModeSvd, Tensor};
 
-use crate::canonical::BustTrack;
+use crate::canonical::{BustTrack, Frame};
 use crate::scalp::Root;
+use crate::space::HairSpace;
 use crate::training::{Cell, Factors};
 use crate::{HairError, POINTS};
 
@@ -39,11 +44,17 @@ pub struct HairModel {
     /// Positions of the tracked vertices at rest on the body that the hair was learned on (m).
     pub(crate) bust_rest: Vec<Vec3>,
     pub(crate) bust: Pca,
+    /// Whether it is that of the thesis alone.
+    pub(crate) plain: bool,
+    pub(crate) space: HairSpace,
+    /// Largest magnitude of each input and each number of z: somewhat beyond what was seen in training.
+    pub(crate) limits: Arc<[f64]>,
     pub(crate) mean: Vec<f32>,
     pub(crate) basis: QuantisedBasis<i8>,
     pub(crate) std_devs: Vec<f64>,
     pub(crate) blocks: Blocks,
-    pub(crate) ridge: Ridge,
+    /// Of each cell.
+    pub(crate) ridges: Vec<Ridge>,
     pub(crate) seed: u64,
     pub(crate) expansion: Expansion,
 }
@@ -79,14 +90,24 @@ impl HairModel {
         self.seed
     }
 
-    /// Noise that the regression allows for.
-    pub fn ridge(&self) -> Ridge {
-        self.ridge
+    /// Noise that the regression allows for in each cell.
+    pub fn ridges(&self) -> &[Ridge] {
+        &self.ridges
+    }
+
+    /// Whether it is the model of the thesis alone: hair in the canonical space of the bust, and no inputs but its coefficients.
+    pub fn is_plain(&self) -> bool {
+        self.plain
+    }
+
+    /// The space that the hair's components live in.
+    pub fn space(&self) -> &HairSpace {
+        &self.space
     }
 
     /// Sizes of the parts of an augmented vector.
     pub fn layout(&self) -> Layout {
-        Layout { bust: self.bust.count(), hair: self.basis.count() }
+        Layout { inputs: Inputs::count(self.plain, self.bust.count()), hair: self.basis.count() }
     }
 
     /// Standard deviation of each hair coefficient over the training set (m), largest first.
@@ -99,7 +120,7 @@ impl HairModel {
         &self.expansion
     }
 
-    /// Mean hair in canonical space (m), μ^h.
+    /// Mean hair in its space (m), μ^h.
     pub fn mean(&self) -> &[f32] {
         &self.mean
     }
@@ -117,18 +138,12 @@ impl HairModel {
         BustTrack::of_vertices(body, &self.bust_vertices, &self.bust_rest)
     }
 
-    /// Coefficients `x_t` of a bust in canonical space (m).
-    pub fn bust_coefficients(&self, canonical: &[Vec3]) -> Vec<f64> {
-        let numbers: Vec<f32> = canonical.iter().flat_map(|p| p.to_array()).map(|x| x as f32).collect();
-        self.bust_numbers(&numbers)
+    /// A bust as this model sees it, from its tracked vertices in canonical space (m): see [`BustTrack::canonical`].
+    pub fn bust_state(&self, frame: Frame, canonical: Vec<Vec3>) -> BustState {
+        BustState::new(&self.space, &self.bust, frame, canonical)
     }
 
-    /// The same from three numbers per vertex.
-    pub fn bust_numbers(&self, numbers: &[f32]) -> Vec<f64> {
-        self.bust.project(numbers)
-    }
-
-    /// Coefficients of hair in canonical space, three numbers a point (m).
+    /// Coefficients of hair in its space, three numbers a point (m).
     pub fn hair_coefficients(&self, numbers: &[f32]) -> Vec<f64> {
         let n = self.mean.len();
         let centred: Vec<f32> = numbers.iter().zip(&self.mean).map(|(a, b)| a - b).collect();
@@ -148,7 +163,8 @@ impl HairModel {
     /// # Errors
     /// Factors that the model cannot show.
     pub fn style(&self, factors: &Factors) -> Result<StyleMatrix, HairError> {
-        StyleMatrix::new(&self.blocks, &factors.weights(&self.cells)?, self.layout(), self.ridge)
+        let weights = factors.weights(&self.cells)?;
+        StyleMatrix::new(&self.blocks, &weights, self.layout(), Ridge::between(&self.ridges, &weights))
     }
 
     /// λ_max of each style of a grid over length and softness (§4.1), row by row of length; `steps` intervals each way.

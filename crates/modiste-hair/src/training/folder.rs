@@ -52,6 +52,16 @@ pub struct Recorded {
     pub bust: Vec<f32>,
 }
 
+impl Recorded {
+    /// Where the bust is and its tracked vertices in canonical space (m), frame by frame.
+    pub fn busts(&self) -> impl Iterator<Item = (Frame, Vec<Vec3>)> {
+        let numbers = self.bust.chunks_exact((self.bust.len() / self.frames.len().max(1)).max(1));
+        let points =
+            |bust: &[f32]| bust.as_chunks::<3>().0.iter().map(|p| Vec3::from_array(p.map(f64::from))).collect();
+        self.frames.iter().zip(numbers).map(move |(frame, bust)| (*frame, points(bust)))
+    }
+}
+
 /// A folder of sequences.
 #[derive(Debug, Clone)]
 pub struct TrainingFolder {

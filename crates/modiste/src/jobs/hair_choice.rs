@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use modiste_hair::Region;
 use modiste_hair::model::HairModel;
 use modiste_hair::training::{Factors, WindDirection};
 use modiste_scene::WornStyle;
@@ -19,17 +20,22 @@ pub struct HairChoice {
     pub softness: [f64; 2],
     /// Strength of the wind and where it blows to, seen from the person.
     pub wind: Option<(f64, WindDirection)>,
+    /// Length factors of regions of the scalp that have their own.
+    pub lengths: Vec<(Region, f64)>,
 }
 
 impl HairChoice {
     /// The hair of this name, long and soft as far as it goes.
     pub fn new(model: impl Into<String>) -> Self {
-        Self { model: model.into(), length: [1.0; 2], softness: [1.0; 2], wind: None }
+        Self { model: model.into(), length: [1.0; 2], softness: [1.0; 2], wind: None, lengths: Vec::new() }
     }
 
     pub(crate) fn file(&self, assets: &Assets) -> Result<PathBuf, JobError> {
         self.factors(0).check()?;
         self.factors(1).check()?;
+        for &(_, length) in &self.lengths {
+            Factors { length, ..self.factors(0) }.check()?;
+        }
         assets.hair(&self.model)
     }
 
@@ -39,8 +45,11 @@ impl HairChoice {
         for factors in factors {
             // Refuses what the model has not learned before anything moves.
             factors.weights(model.cells())?;
+            for &(_, length) in &self.lengths {
+                Factors { length, ..factors }.weights(model.cells())?;
+            }
         }
-        Ok(WornStyle { model, factors })
+        Ok(WornStyle { model, factors, lengths: self.lengths.clone() })
     }
 
     fn factors(&self, end: usize) -> Factors {

@@ -31,6 +31,8 @@ pub struct HairLearn {
     pub wind: bool,
     /// Whether only long soft hair is simulated, as in the dense set of the thesis.
     pub single: bool,
+    /// Whether the model is that of the thesis alone; otherwise hair is learned in the space of the head, with fuller inputs.
+    pub plain: bool,
     /// Seed of roots, made motions and gusts.
     pub seed: u64,
     /// Folder with captured motions (`mocap`); it may be absent.
@@ -58,8 +60,8 @@ pub struct LearnedHair {
     pub energy: f64,
     /// Largest eigenvalue of the dynamics over a grid of length and softness.
     pub lambda_max: f64,
-    /// Noise that the regression allows for: independent and shared.
-    pub ridge: [f64; 2],
+    /// Noise that the regression allows for in each cell: independent, shared, and of the inputs.
+    pub ridges: Vec<[f64; 3]>,
     /// Errors of each cell.
     pub errors: Vec<CellError>,
     /// Size of the file.
@@ -94,7 +96,7 @@ impl HairLearn {
         let folder = TrainingFolder::open(&self.training, recipe)?;
         folder.simulate(&body, &grooms, &sequences, reporter)?;
         let names: Vec<String> = sequences.iter().map(|sequence| sequence.name.clone()).collect();
-        let options = LearnOptions { hair_dimensions: self.dimensions, ..LearnOptions::default() };
+        let options = LearnOptions { hair_dimensions: self.dimensions, plain: self.plain, ..LearnOptions::default() };
         let learned = learn(&folder, &names, &body, &grooms[0].roots, &options, reporter)?;
         let model = &learned.model;
         model.save(&self.out, &self.provenance(&assets, &names)?)?;
@@ -109,7 +111,7 @@ impl HairLearn {
             dimensions: model.layout().hair,
             energy: learned.energy,
             lambda_max,
-            ridge: [model.ridge().independent, model.ridge().shared],
+            ridges: model.ridges().iter().map(|ridge| [ridge.independent, ridge.shared, ridge.inputs]).collect(),
             errors,
             bytes: modiste_io::file_size(&self.out)?,
             file: self.out.clone(),
@@ -141,8 +143,9 @@ impl HairLearn {
         };
         let wind = if self.wind { "" } else { " --no-wind" };
         let single = if self.single { " --single" } else { "" };
+        let plain = if self.plain { " --plain" } else { "" };
         let command = format!(
-            "modiste hair learn {what} --guides {} --dimensions {}{wind}{single} --seed {} --out hair.safetensors",
+            "modiste hair learn {what} --guides {} --dimensions {}{wind}{single}{plain} --seed {} --out hair.safetensors",
             self.guides, self.dimensions, self.seed
         );
         let mut sources = BTreeMap::new();

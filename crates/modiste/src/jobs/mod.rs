@@ -22,7 +22,7 @@ mod motion_choice;
 
 use serde::Serialize;
 
-pub use bench_dress::{BenchDress, BenchRow, BenchedDress};
+pub use bench_dress::{BenchDress, BenchRow, BenchedDress, Resolution};
 pub use bench_hair::{BenchHair, BenchHairRow, BenchedHair};
 pub use body_choice::BodyChoice;
 pub use body_make::{BodyMake, MadeBody};

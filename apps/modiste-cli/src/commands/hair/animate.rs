@@ -4,13 +4,15 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
-use modiste::{BodyChoice, Dress, Gender, HairChoice, Length, MotionChoice, WindDirection};
+use modiste::{BodyChoice, Dress, Gender, HairChoice, HairRegion, Length, MotionChoice, WindDirection};
 
-use crate::words::{GenderName, wind};
+use crate::words::{GenderName, region_length, wind};
 
 /// Let learned hair follow a motion on a bare body; the style may change within the sequence.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  modiste hair animate --motion walk.bvh --length 0..1.35 --wind 0.5,+x --out hair")]
+#[command(
+    after_help = "Example:\n  modiste hair animate --motion walk.bvh --length 0..1.35 --wind 0.5,+x --out hair\n  modiste hair animate --mix front=0,back=1 --out hair"
+)]
 pub(crate) struct HairAnimateArguments {
     /// Hair: the name of a model that ships, or a model file.
     #[arg(long, value_name = "NAME", default_value = "long")]
@@ -30,6 +32,9 @@ pub(crate) struct HairAnimateArguments {
     /// Wind: its strength and where it blows to.
     #[arg(long, value_name = "STRENGTH,DIRECTION", value_parser = wind, allow_hyphen_values = true)]
     wind: Option<(f64, WindDirection)>,
+    /// Length factors of regions of their own: front, sides or back.
+    #[arg(long, value_name = "REGION=FACTOR", value_delimiter = ',', value_parser = region_length)]
+    mix: Vec<(HairRegion, f64)>,
     /// Number of frames (30 a second); otherwise all of the file, or 4 seconds.
     #[arg(long, value_name = "NUMBER")]
     frames: Option<usize>,
@@ -44,8 +49,13 @@ pub(crate) struct HairAnimateArguments {
 impl HairAnimateArguments {
     pub(crate) fn job(&self) -> Dress {
         let motion = self.motion.clone().map_or(Dress::default().motion, MotionChoice::File);
-        let hair =
-            HairChoice { model: self.hair.clone(), length: self.length, softness: self.softness, wind: self.wind };
+        let hair = HairChoice {
+            model: self.hair.clone(),
+            length: self.length,
+            softness: self.softness,
+            wind: self.wind,
+            lengths: self.mix.clone(),
+        };
         Dress {
             gender: Gender::from(self.gender),
             body: BodyChoice::Average,

@@ -33,6 +33,9 @@ pub(crate) struct HairLearnArguments {
     /// Only long soft hair, as in the dense set of the thesis.
     #[arg(long)]
     single: bool,
+    /// Only what the thesis has: hair in a space that turns with the heading alone, driven by the bust coefficients alone.
+    #[arg(long)]
+    plain: bool,
     /// Whose mean body it is learned on.
     #[arg(long, value_enum, default_value = "female")]
     gender: GenderName,
@@ -66,6 +69,7 @@ impl HairLearnArguments {
             dimensions: self.dimensions,
             wind: !self.no_wind,
             single: self.single,
+            plain: self.plain,
             seed: self.seed,
             data: self.data.clone(),
             training: self.training.clone().unwrap_or_else(folder),

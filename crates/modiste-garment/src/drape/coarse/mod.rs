@@ -174,6 +174,11 @@ impl CoarseModel {
     pub(crate) fn reconstruct(&self, gradients: &[Mat3], places: &[Vec3], out: &mut [Vec3]) {
         self.reconstruction.reconstruct(gradients, places, out);
     }
+
+    /// What takes from places what is coarse and from gradients what is fine.
+    pub(crate) fn reconstruction(&self) -> &ScreenedReconstruction {
+        &self.reconstruction
+    }
 }
 
 /// One row of inputs per pose of a motion.
