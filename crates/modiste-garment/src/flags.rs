@@ -12,7 +12,7 @@ pub struct GarmentFlags {
     pub caught: usize,
     /// Vertices that are left inside the body or below a garment.
     pub inside: usize,
-    /// Triangles that were still found to cross the body or a garment below when the last step was taken.
+    /// Triangles that cross the body or a garment below by more than half a millimetre.
     pub crossing: usize,
     /// Pairs of triangles of the garment that are left deep in each other.
     pub folded: usize,

@@ -283,7 +283,7 @@ fn alike(a: &DrapeModel, b: &DrapeModel, truth: &Truth) {
 /// A second run keeps the motions of the first and writes the same model.
 fn is_resumed(job: &GarmentImport) {
     let pose = job.training.join("pose-walk.npz");
-    let (kept, learned) = (read_bytes(&pose).unwrap(), read_bytes(&job.out).unwrap());
+    let (kept, learned) = (read_bytes(&pose).unwrap(), DrapeModel::load(&job.out).unwrap());
     // What is finished is not looked into again.
     modiste_io::write_bytes(&pose, &[&kept[..], b" "].concat()).unwrap();
     let spoilt: PathBuf = job.training.join("pose-turn.npz");
@@ -292,6 +292,8 @@ fn is_resumed(job: &GarmentImport) {
     assert_eq!(read_bytes(&pose).unwrap().len(), kept.len() + 1);
     assert!(modiste_io::exists(&spoilt), "what is missing is made again");
     let again = DrapeModel::load(&job.out).unwrap();
-    assert_eq!(again.evaluation.unwrap().mean_body.len(), 1);
-    assert_eq!(read_bytes(&job.out).unwrap().len(), learned.len());
+    let [learned, again] = [learned, again].map(|model| model.evaluation.unwrap());
+    assert_eq!(again.mean_body.len(), 1);
+    // How long learning took differs from run to run, and is written beside them.
+    assert_eq!(again.mean_body, learned.mean_body);
 }

@@ -1,6 +1,6 @@
 //! Faces whose boxes meet, and faces that cross.
 
-use super::{Child, ChildKind, Node, TriangleBvh, WIDTH};
+use super::{Child, ChildKind, Node, STACK, TriangleBvh, WIDTH};
 use crate::Vec3;
 use crate::triangle::segment_crosses_triangle;
 
@@ -8,16 +8,21 @@ impl TriangleBvh {
     /// Calls `visit` with every face whose box may meet the given one (m); a few further faces can come along.
     pub fn for_each_in_box(&self, low: Vec3, high: Vec3, mut visit: impl FnMut(u32)) {
         let query = (low, high);
-        let mut stack = vec![0usize];
-        while let Some(index) = stack.pop() {
-            let node = &self.nodes[index];
+        let mut stack = [0u32; STACK];
+        let mut depth = 1;
+        while depth > 0 {
+            depth -= 1;
+            let node = &self.nodes[stack[depth] as usize];
             for slot in 0..WIDTH {
                 if !meets(child_box(node, slot), query) {
                     continue;
                 }
                 match node.children[slot].kind() {
                     ChildKind::Empty => {}
-                    ChildKind::Node(child) => stack.push(child),
+                    ChildKind::Node(child) => {
+                        stack[depth] = child as u32;
+                        depth += 1;
+                    }
                     ChildKind::Leaf(first, count) => self.faces[first..first + count].iter().for_each(|&f| visit(f)),
                 }
             }

@@ -59,6 +59,19 @@ impl Crossing {
     }
 }
 
+/// Triangles that cross a surface, found side by side in runs of faces.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Crossings {
+    of_runs: Vec<Vec<Crossing>>,
+}
+
+impl Crossings {
+    /// All of them, in the order of the faces.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Crossing> {
+        self.of_runs.iter().flatten()
+    }
+}
+
 /// The triangles of cloth that cross a surface below, as far as they can be moved out of it, of those with a corner that has
 /// `moved`.
 pub(crate) fn find_crossings(
@@ -66,11 +79,9 @@ pub(crate) fn find_crossings(
     sites: &[Site],
     grounds: &[Ground<'_>],
     (garment, moved): (&[Vec3], &[bool]),
-    crossings: &mut Vec<Crossing>,
+    crossings: &mut Crossings,
 ) {
-    crossings.clear();
-    let faces = topology.faces().par_iter().with_min_len(FACES_AT_ONCE);
-    let faces = faces.filter(|face| face.iter().any(|&vertex| moved[vertex as usize]));
+    let has_moved = |face: &&[u32; 3]| face.iter().any(|&vertex| moved[vertex as usize]);
     let find = |&face: &[u32; 3]| {
         let triangle = corners(face, garment);
         let meets = |owner: usize| {
@@ -78,7 +89,12 @@ pub(crate) fn find_crossings(
         };
         (0..grounds.len()).filter(|&owner| meets(owner)).find_map(|owner| sound(face, triangle, sites, owner, grounds))
     };
-    crossings.par_extend(faces.filter_map(find));
+    let runs = topology.faces().par_chunks(FACES_AT_ONCE);
+    crossings.of_runs.resize_with(runs.len(), || Vec::with_capacity(FACES_AT_ONCE));
+    runs.zip(&mut crossings.of_runs).for_each(|(faces, crossings)| {
+        crossings.clear();
+        crossings.extend(faces.iter().filter(has_moved).filter_map(find));
+    });
 }
 
 /// Whether a surface may cross a triangle, by what is known about its corners.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::band::Band;
 use super::contacts::{MOST, Site, wanted_distance};
 use super::cover::Ground;
-use super::crossings::{Crossing, find_crossings};
+use super::crossings::{Crossing, Crossings, find_crossings};
 use super::folds::Folds;
 use super::home::Home;
 use super::obstacle::{Contact, Obstacle};
@@ -86,7 +86,7 @@ pub struct ExactReport {
 /// Triangles that were found to cross when all was done that is done.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Left {
-    /// Triangles that cross a surface below; the last steps may have freed some.
+    /// Triangles that cross a surface below by more than half a millimetre.
     pub crossings: usize,
     /// Pairs of triangles of the garment that are deep in each other.
     pub folds: usize,
@@ -97,6 +97,9 @@ const VERTICES_AT_ONCE: usize = 64;
 
 /// A triangle that crosses deeper than it did by more than this (m) goes back.
 const DEEPER: f64 = 0.0005;
+
+/// Triangles that cross less deep than this (m) are as they should be.
+const STOOD_FOR: f64 = 0.0005;
 
 /// Pushes one garment out of surfaces.
 #[derive(Debug, Clone)]
@@ -111,7 +114,7 @@ pub(crate) struct ExactPush {
     pushes: Vec<Push>,
     pulls: Vec<Pull>,
     lifts: Lifts,
-    crossings: Vec<Crossing>,
+    crossings: Crossings,
     /// Triangles that crossed at first, in order, and how deep (m).
     first: Vec<([u32; 3], f64)>,
     folds: Folds,
@@ -136,7 +139,7 @@ impl ExactPush {
             pushes: Vec::new(),
             pulls: Vec::new(),
             lifts: Lifts::default(),
-            crossings: Vec::new(),
+            crossings: Crossings::default(),
             first: Vec::new(),
             folds: Folds::new(topology),
             before: Vec::new(),
@@ -309,9 +312,11 @@ impl ExactPush {
         sites.for_each(|(site, at)| site.settle(grounds, at, least, reach, final_rounds));
     }
 
-    /// Number of vertices inside and the depth of the deepest (m).
+    /// Number of vertices inside and the depth of the deepest (m). Those with a way out are not asked about: where parts of the
+    /// body are in each other, one part says inside of what lies outside at its rim.
     fn inside(&self) -> (usize, f64) {
-        let inside = self.sites.iter().map(|site| site.contacts.least()).filter(|&least| least < 0.0);
+        let free = self.sites.iter().filter(|site| site.exit.is_none());
+        let inside = free.map(|site| site.contacts.least()).filter(|&least| least < 0.0);
         (inside.clone().count(), -inside.fold(0.0, f64::min))
     }
 
@@ -398,8 +403,8 @@ impl ExactPush {
             self.folds.find(&self.topology, |vertex| self.sites[vertex as usize].exit.is_some(), garment);
             self.last.clear();
             self.last.extend_from_slice(garment);
-            left = Left { crossings: self.crossings.len(), folds: self.folds.count() };
-            if left == Left::default() {
+            left.folds = self.folds.count();
+            if left.folds == 0 && self.crossings.iter().next().is_none() {
                 break;
             }
             if round < rounds {
@@ -410,7 +415,7 @@ impl ExactPush {
                 solver.solve(self.options.stiffness, &self.pushes, &[], self.options.warp, &mut self.warp);
                 self.advance(solver.region(), garment);
             } else {
-                for crossing in &self.crossings {
+                for crossing in self.crossings.iter() {
                     for (vertex, step) in crossing.steps() {
                         garment[vertex as usize] += step;
                         self.sites[vertex as usize].stale = true;
@@ -421,19 +426,19 @@ impl ExactPush {
             let moves = garment.iter().zip(&self.last).map(|(at, last)| at != last);
             self.moved.iter_mut().zip(moves).for_each(|(moved, moves)| *moved = moves);
         }
-        self.take_back(grounds, garment);
+        left.crossings = self.take_back(grounds, garment);
         self.keep_out(grounds, garment);
         left
     }
 
     /// Takes back the moves since [`Self::before`] of triangles that cross a surface deeper for it: between two walls there is
-    /// no room for what leads out of either.
-    fn take_back(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
+    /// no room for what leads out of either. Returns how many triangles cross deeper than the fit stands for.
+    fn take_back(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) -> usize {
         let moves = garment.iter().zip(&self.before).map(|(at, before)| at != before);
         self.moved.iter_mut().zip(moves).for_each(|(moved, moves)| *moved = moves);
         self.look(grounds, garment);
         find_crossings(&self.topology, &self.sites, grounds, (garment, &self.moved), &mut self.crossings);
-        for crossing in &self.crossings {
+        for crossing in self.crossings.iter() {
             let first = self.first.binary_search_by_key(&crossing.face(), |(face, _)| *face);
             if crossing.depth() > first.map_or(0.0, |index| self.first[index].1) + DEEPER {
                 for vertex in crossing.face() {
@@ -442,6 +447,10 @@ impl ExactPush {
                 }
             }
         }
+        let stayed = |face: &[u32; 3]| face.iter().all(|&vertex| !self.moved[vertex as usize]);
+        let depths = self.crossings.iter().map(Crossing::depth);
+        let depths = depths.chain(self.first.iter().filter(|(face, _)| stayed(face)).map(|(_, depth)| *depth));
+        depths.filter(|&depth| depth > STOOD_FOR).count()
     }
 
     /// Takes back the moves since [`Self::before`] that led into the body. Between parts that are in each other what is known

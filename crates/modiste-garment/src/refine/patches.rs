@@ -12,6 +12,8 @@ use rayon::prelude::*;
 const SIZE: usize = 24;
 /// Product of normals with the mean of two patches above which the patches are taken to lie flat.
 const FLAT: f32 = 0.15;
+/// Patches that one thread compares with all others at a time.
+const PATCHES_AT_ONCE: usize = 8;
 
 /// The patches of a garment.
 #[derive(Debug, Clone)]
@@ -25,7 +27,8 @@ pub(crate) struct Patches {
     boxes: Vec<Box3>,
     normals: Vec<[f32; 3]>,
     bounds: Vec<Bounds>,
-    pairs: Vec<[u32; 2]>,
+    /// Pairs of faces that were found, in runs of patches.
+    of_runs: Vec<Vec<[u32; 2]>>,
 }
 
 /// Low and high corner (m).
@@ -84,7 +87,7 @@ impl Patches {
             boxes: Vec::new(),
             normals: Vec::new(),
             bounds: Vec::new(),
-            pairs: Vec::new(),
+            of_runs: Vec::new(),
         }
     }
 
@@ -95,19 +98,24 @@ impl Patches {
     /// The pairs of faces that may cross each other in a garment (m): their boxes meet.
     pub(crate) fn pairs_that_may_cross(&mut self, topology: &Topology, garment: &[Vec3], pairs: &mut Vec<[u32; 2]>) {
         self.measure(topology, garment);
-        let mut candidates = std::mem::take(&mut self.pairs);
-        candidates.clear();
         let count = self.bounds.len();
+        let mut of_runs = std::mem::take(&mut self.of_runs);
+        of_runs.resize_with(count.div_ceil(PATCHES_AT_ONCE), Vec::new);
         let known = &*self;
-        candidates.par_extend((0..count).into_par_iter().with_min_len(32).flat_map_iter(|first| {
-            let own = known.bounds[first].limits;
-            let others = (first..count)
-                .filter(move |&second| meet(&own, &known.bounds[second].limits) && !known.lies_flat(first, second));
-            others.map(move |second| [first as u32, second as u32])
-        }));
+        of_runs.par_iter_mut().enumerate().for_each(|(run, found)| {
+            found.clear();
+            for first in run * PATCHES_AT_ONCE..((run + 1) * PATCHES_AT_ONCE).min(count) {
+                let own = known.bounds[first].limits;
+                for second in first..count {
+                    if meet(&own, &known.bounds[second].limits) && !known.lies_flat(first, second) {
+                        found.extend(known.face_pairs([first, second]));
+                    }
+                }
+            }
+        });
         pairs.clear();
-        pairs.par_extend(candidates.par_iter().with_min_len(32).flat_map_iter(|&pair| known.face_pairs(pair)));
-        self.pairs = candidates;
+        of_runs.iter().for_each(|found| pairs.extend_from_slice(found));
+        self.of_runs = of_runs;
     }
 
     /// Boxes and normals of faces and patches.
@@ -144,8 +152,7 @@ impl Patches {
     }
 
     /// Pairs of faces of two patches whose boxes meet.
-    fn face_pairs(&self, pair: [u32; 2]) -> impl Iterator<Item = [u32; 2]> {
-        let [first, second] = pair.map(|patch| patch as usize);
+    fn face_pairs(&self, [first, second]: [usize; 2]) -> impl Iterator<Item = [u32; 2]> {
         let other = self.bounds[second].limits;
         let near = self.range(first).filter(move |&slot| meet(&self.boxes[slot], &other));
         near.flat_map(move |slot| {
