@@ -12,9 +12,9 @@ pub struct GarmentFlags {
     pub caught: usize,
     /// Vertices that are left inside the body or below a garment.
     pub inside: usize,
-    /// Triangles that cross the body or a garment below by more than half a millimetre.
+    /// Triangles that cross the body or a garment below by more than half a millimetre, if that was looked for.
     pub crossing: usize,
-    /// Pairs of triangles of the garment that are left deep in each other.
+    /// Pairs of triangles of the garment that are left deep in each other, if that was looked for.
     pub folded: usize,
 }
 

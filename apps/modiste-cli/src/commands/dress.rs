@@ -44,6 +44,9 @@ pub(crate) struct DressArguments {
     /// Map ease and strain: picture, two coloured GLB files, and numbers for each region in the report.
     #[arg(long)]
     fit_map: bool,
+    /// Also part triangles that cross skin, a garment below or their own garment between their corners; twice the time.
+    #[arg(long)]
+    careful: bool,
     /// Folder for the results.
     #[arg(long, value_name = "FOLDER", default_value = "out/dress")]
     out: PathBuf,
@@ -79,6 +82,7 @@ impl DressArguments {
             length,
             formats: formats(&self.format),
             fit_map: self.fit_map,
+            careful: self.careful,
             out: self.out.clone(),
         }
     }

@@ -33,7 +33,8 @@ pub struct ExactOptions {
     pub rounds: usize,
     /// Most steps of a single vertex, for what smooth pushing leaves.
     pub final_rounds: usize,
-    /// Most rounds of smoothly moving triangles that cross a surface.
+    /// Most rounds of smoothly moving triangles that cross a surface, or each other; 0 does not look for them. One round takes as
+    /// long as all the rest.
     pub crossing_rounds: usize,
     /// Most rounds of mending torn edges.
     pub mending_rounds: usize,
@@ -54,7 +55,7 @@ impl Default for ExactOptions {
             reach: 0.06,
             rounds: 3,
             final_rounds: 3,
-            crossing_rounds: 1,
+            crossing_rounds: 0,
             mending_rounds: 6,
             stiffness: Stiffness { smooth: 1.0, damping: 0.05 },
             weight: 10.0,

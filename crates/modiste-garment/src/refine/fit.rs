@@ -31,6 +31,11 @@ impl Default for FitOptions {
 }
 
 impl FitOptions {
+    /// The fit that also parts triangles which cross a surface between their corners, or each other; not for real time.
+    pub fn careful() -> Self {
+        Self { exact: Some(ExactOptions { crossing_rounds: 1, ..ExactOptions::default() }), ..Self::default() }
+    }
+
     /// The paper's three iterations alone.
     pub fn paper_only() -> Self {
         Self { exact: None, ..Self::default() }

@@ -37,6 +37,8 @@ pub struct Dress {
     pub formats: Vec<Format>,
     /// Whether ease and strain are mapped.
     pub fit_map: bool,
+    /// Whether triangles that cross are parted, which about doubles the time of a frame.
+    pub careful: bool,
     /// The folder for the results. Files of the same names in it are replaced.
     pub out: PathBuf,
 }
@@ -63,6 +65,7 @@ impl Default for Dress {
             length: None,
             formats: Format::DEFAULT.to_vec(),
             fit_map: false,
+            careful: false,
             out: PathBuf::from("out/dress"),
         }
     }
@@ -102,7 +105,8 @@ impl Dress {
             person = person.with_hair(hair.load(file)?);
         }
         let motion = self.motion.motion(person.body(), self.length, person.fps(), reporter)?;
-        let animation = person.animate_on_disk(&motion, &FitOptions::default(), folder.path(), reporter)?;
+        let options = if self.careful { FitOptions::careful() } else { FitOptions::default() };
+        let animation = person.animate_on_disk(&motion, &options, folder.path(), reporter)?;
         let fit_map = self.fit_map.then(|| FitMap::of(&person, &animation, reporter)).transpose()?;
         let subject = Subject {
             gender: self.gender.name().to_owned(),
