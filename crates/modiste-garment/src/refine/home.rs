@@ -78,11 +78,11 @@ impl Obstacle {
     /// side away from the skin that it is worn on.
     pub(crate) fn leads_astray(&self, point: Vec3, contact: &Contact, home: Option<&Home>) -> bool {
         let Some(home) = home.filter(|home| self.is_foreign(contact.face, home)) else { return false };
-        let worn_on = self.nearest_where(point, &mut NO_HINT.clone(), |face, _| self.is_home(face, home));
+        let worn_on =
+            self.nearest_where((point, FURTHEST_HOME), &mut NO_HINT.clone(), |face, _| self.is_home(face, home));
         worn_on.is_some_and(|at| {
             let normal = self.face_normal(at.face);
-            at.distance < FURTHEST_HOME
-                && normal.dot(contact.normal) > 0.0
+            normal.dot(contact.normal) > 0.0
                 && (contact.distance < 0.0 || self.passes_between(at.point + JUST_ABOVE * normal, point))
         })
     }
@@ -91,7 +91,9 @@ impl Obstacle {
     pub(crate) fn way_home(&self, point: Vec3, clearance: f64, hint: &mut u32, home: Option<&Home>) -> Vec3 {
         let is_near = |way: &Vec3| way.distance_squared(point) < FURTHEST_HOME * FURTHEST_HOME;
         let mut own = NO_HINT;
-        let way = home.and_then(|home| self.way_out_where(point, clearance, &mut own, |face| self.is_home(face, home)));
+        let way = home.and_then(|home| {
+            self.way_out_where((point, FURTHEST_HOME), clearance, &mut own, |face| self.is_home(face, home))
+        });
         match way.filter(is_near) {
             Some(way) => {
                 *hint = own;

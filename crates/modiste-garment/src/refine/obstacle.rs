@@ -294,15 +294,15 @@ impl Obstacle {
         self.exposure.is_some()
     }
 
-    /// The nearest of the points of the surface, each the nearest of its face, that `accept` says yes to.
+    /// The nearest of the points of the surface, each the nearest of its face, that `accept` says yes to, if it is `within` (m).
     pub(crate) fn nearest_where(
         &self,
-        point: Vec3,
+        (point, within): (Vec3, f64),
         hint: &mut u32,
         accept: impl FnMut(u32, Vec3) -> bool,
     ) -> Option<SurfacePoint> {
         let likely = Some(*hint).filter(|&face| face != NONE);
-        let at = self.tree.closest_point_where(&self.vertices, point, f64::INFINITY, likely, accept)?;
+        let at = self.tree.closest_point_where(&self.vertices, point, within, likely, accept)?;
         *hint = at.face;
         Some(at)
     }
@@ -609,7 +609,7 @@ pub(crate) mod tests {
                 let centre = Vec3::new(side * (0.1 + 0.5 * gap), 0.0, 0.0);
                 let point = centre + (0.1 + draw(0.008).x) * draw(1.0).normalize_or(Vec3::Y);
                 // The face that was nearest before the point moved by a centimetre or two.
-                let mut hint = body.nearest_where(point + draw(0.01), &mut NO_HINT.clone(), |_, _| true).unwrap().face;
+                let mut hint = body.nearest_where((point + draw(0.01), f64::INFINITY), &mut NO_HINT.clone(), |_, _| true).unwrap().face;
                 let quick = body.touch(point, f64::INFINITY, &mut hint).unwrap();
                 let slow = body.contact(point, f64::INFINITY, &mut NO_HINT.clone()).unwrap();
                 if quick.pinched {

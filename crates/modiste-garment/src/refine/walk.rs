@@ -71,7 +71,7 @@ mod tests {
             // A quarter of the way around the sphere is more than the walk ever has to go.
             let near = obstacle.walk(point, face);
             let at = obstacle.walk(point, near.face);
-            let exact = obstacle.nearest_where(point, &mut NO_HINT.clone(), |_, _| true).unwrap();
+            let exact = obstacle.nearest_where((point, f64::INFINITY), &mut NO_HINT.clone(), |_, _| true).unwrap();
             let tolerance = if height > 0.0 { 1e-12 } else { flatness };
             assert!(at.distance - exact.distance < tolerance, "{point} {} {}", at.distance, exact.distance);
             face = at.face;

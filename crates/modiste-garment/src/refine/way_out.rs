@@ -22,20 +22,21 @@ impl Obstacle {
     /// In a crease the clearance leads into the other wall; such faces are passed over for the next nearest. Should no
     /// face have room, one goes up until nothing of the body is left, so that it always leads out.
     pub(crate) fn way_out(&self, point: Vec3, clearance: f64, hint: &mut u32) -> Vec3 {
-        self.way_out_where(point, clearance, hint, |_| true).unwrap_or_else(|| self.climb(point, clearance))
+        self.way_out_where((point, f64::INFINITY), clearance, hint, |_| true)
+            .unwrap_or_else(|| self.climb(point, clearance))
     }
 
-    /// [`Self::way_out`] to a face that `accept` says yes to, if there is one with room.
+    /// [`Self::way_out`] to a face `within` (m) that `accept` says yes to, if there is one with room.
     pub(crate) fn way_out_where(
         &self,
-        point: Vec3,
+        (point, within): (Vec3, f64),
         clearance: f64,
         hint: &mut u32,
         accept: impl Fn(u32) -> bool,
     ) -> Option<Vec3> {
         let has_room =
             |face: u32, _| accept(face) && self.has_exposed_corner(face) && self.is_open_above(face, clearance);
-        let at = self.nearest_where(point, hint, has_room)?;
+        let at = self.nearest_where((point, within), hint, has_room)?;
         let middle = self.middle(at.face);
         let landing = |share: f64| at.point.lerp(middle, share) + clearance * self.face_normal(at.face);
         let is_free = |share: f64| {
