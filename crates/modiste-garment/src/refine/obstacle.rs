@@ -609,7 +609,10 @@ pub(crate) mod tests {
                 let centre = Vec3::new(side * (0.1 + 0.5 * gap), 0.0, 0.0);
                 let point = centre + (0.1 + draw(0.008).x) * draw(1.0).normalize_or(Vec3::Y);
                 // The face that was nearest before the point moved by a centimetre or two.
-                let mut hint = body.nearest_where((point + draw(0.01), f64::INFINITY), &mut NO_HINT.clone(), |_, _| true).unwrap().face;
+                let mut hint = body
+                    .nearest_where((point + draw(0.01), f64::INFINITY), &mut NO_HINT.clone(), |_, _| true)
+                    .unwrap()
+                    .face;
                 let quick = body.touch(point, f64::INFINITY, &mut hint).unwrap();
                 let slow = body.contact(point, f64::INFINITY, &mut NO_HINT.clone()).unwrap();
                 if quick.pinched {
