@@ -43,7 +43,7 @@ pub struct GradientReconstruction {
 
 /// Least squares over the edges of all faces, and the ties between components.
 #[derive(Debug, Clone)]
-struct EdgeSystem {
+pub struct EdgeSystem {
     factor: SparseCholesky,
     edges: Vec<FaceEdges>,
     links: Vec<Link>,
@@ -120,16 +120,30 @@ impl EdgeSystem {
     /// Writes the right-hand side of the normal equations, in the order of the factor.
     fn right_side(&self, gradients: &[Mat3], out: &mut [Vec3]) {
         assert_eq!(gradients.len(), self.edges.len(), "one gradient per face");
-        assert_eq!(out.len(), self.factor.size(), "one place per vertex");
-        out.fill(Vec3::ZERO);
+        self.start(out);
         for (face, gradient) in self.edges.iter().zip(gradients) {
             face.add(face.edges.map(|edge| *gradient * edge), out);
         }
         self.add_ties(|face| gradients[face], out);
     }
 
-    /// Adds the ties between components to a right-hand side.
-    fn add_ties(&self, gradient: impl Fn(usize) -> Mat3, out: &mut [Vec3]) {
+    /// Begins a right-hand side, in the order of the factor: one place per vertex.
+    ///
+    /// # Panics
+    /// If there is not one place in `out` per vertex.
+    pub fn start(&self, out: &mut [Vec3]) {
+        assert_eq!(out.len(), self.factor.size(), "one place per vertex");
+        out.fill(Vec3::ZERO);
+    }
+
+    /// Adds where the gradient of a face takes its two edges (m) at its first corner, to the second and the third.
+    #[inline(always)]
+    pub fn add_edges(&self, face: usize, edges: [Vec3; 2], out: &mut [Vec3]) {
+        self.edges[face].add(edges, out);
+    }
+
+    /// Adds the ties between components; `gradient` is asked about the faces at their ends.
+    pub fn add_ties(&self, gradient: impl Fn(usize) -> Mat3, out: &mut [Vec3]) {
         for link in &self.links {
             let deformed = if link.faces.is_empty() {
                 link.edge
@@ -182,25 +196,10 @@ impl GradientReconstruction {
         self.solve(out);
     }
 
-    /// Begins a right-hand side: what [`Self::add_edges`] and [`Self::add_ties`] add to and [`Self::solve`] replaces by the
-    /// vertices. Together they do what [`Self::reconstruct`] does, without a matrix per face in between.
-    ///
-    /// # Panics
-    /// If there is not one place in `out` per vertex.
-    pub fn start(&self, out: &mut [Vec3]) {
-        assert_eq!(out.len(), self.system.factor.size(), "one place per vertex");
-        out.fill(Vec3::ZERO);
-    }
-
-    /// Adds where the gradient of a face takes its two edges (m) at its first corner, to the second and the third.
-    #[inline(always)]
-    pub fn add_edges(&self, face: usize, edges: [Vec3; 2], out: &mut [Vec3]) {
-        self.system.edges[face].add(edges, out);
-    }
-
-    /// Adds the ties between components; `gradient` is asked about the faces at their ends.
-    pub fn add_ties(&self, gradient: impl Fn(usize) -> Mat3, out: &mut [Vec3]) {
-        self.system.add_ties(gradient, out);
+    /// What a right-hand side is made with that [`Self::solve`] replaces by the vertices. Together they do what
+    /// [`Self::reconstruct`] does, without a matrix per face in between.
+    pub fn system(&self) -> &EdgeSystem {
+        &self.system
     }
 
     /// From the right-hand side to the vertices (m), with their centroid at the origin.
@@ -252,24 +251,9 @@ impl ScreenedReconstruction {
         self.solve(places, out);
     }
 
-    /// Begins a right-hand side as [`GradientReconstruction::start`] does.
-    ///
-    /// # Panics
-    /// If there is not one place in `out` per vertex.
-    pub fn start(&self, out: &mut [Vec3]) {
-        assert_eq!(out.len(), self.system.factor.size(), "one place per vertex");
-        out.fill(Vec3::ZERO);
-    }
-
-    /// Adds where the gradient of a face takes its two edges (m) at its first corner.
-    #[inline(always)]
-    pub fn add_edges(&self, face: usize, edges: [Vec3; 2], out: &mut [Vec3]) {
-        self.system.edges[face].add(edges, out);
-    }
-
-    /// Adds the ties between components; `gradient` is asked about the faces at their ends.
-    pub fn add_ties(&self, gradient: impl Fn(usize) -> Mat3, out: &mut [Vec3]) {
-        self.system.add_ties(gradient, out);
+    /// As [`GradientReconstruction::system`].
+    pub fn system(&self) -> &EdgeSystem {
+        &self.system
     }
 
     /// From the right-hand side and one place (m) per vertex to the vertices (m).

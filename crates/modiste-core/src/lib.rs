@@ -65,7 +65,7 @@ pub use components::{boundary_loops, connected_components};
 pub use conjugate_gradients::{BlockSystem, CgReport};
 pub use curvature::mean_curvature;
 pub use deepest::{Sounding, deepest_on_triangle};
-pub use deformation::{GradientReconstruction, ScreenedReconstruction, deformation_gradients};
+pub use deformation::{EdgeSystem, GradientReconstruction, ScreenedReconstruction, deformation_gradients};
 pub use dense::{Matrix, ThinSvd, largest_eigenvalue_magnitude, ridge, solve_spd, symmetric_eigen, thin_svd};
 pub use error::SolveError;
 pub use geodesic::geodesic_distances;

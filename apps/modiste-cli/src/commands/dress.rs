@@ -126,16 +126,14 @@ pub(crate) fn text(dressed: &Dressed) -> String {
     for flagged in &report.flagged {
         let frames = |runs: &[[usize; 2]]| runs.iter().map(|[first, last]| last - first + 1).sum::<usize>();
         let FlaggedFrames { garment, caught, inside, crossing, folded } = flagged;
-        if ![caught, inside, crossing, folded].iter().all(|runs| runs.is_empty()) {
-            let _always_ok = write!(
-                text,
-                "\n{garment}: flagged for cloth caught where the body is in itself in {} frames, left inside in {}, crossing \
-                 what is below in {}, in itself in {}",
-                frames(caught),
-                frames(inside),
-                frames(crossing),
-                frames(folded)
-            );
+        let why = [
+            (caught, "cloth caught where the body is in itself"),
+            (inside, "vertices left in the body or below a garment"),
+            (crossing, "triangles crossing what is below"),
+            (folded, "triangles crossing each other"),
+        ];
+        for (runs, what) in why.into_iter().filter(|(runs, _)| !runs.is_empty()) {
+            let _always_ok = write!(text, "\n{garment}: flagged for {what} in {} frames", frames(runs));
         }
     }
     for fit in &report.fit_map {

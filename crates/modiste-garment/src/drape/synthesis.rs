@@ -272,19 +272,19 @@ impl Synthesis {
         match (&mut self.course, &model.coarse) {
             (Some(course), Some(coarse)) if !self.is_plain => {
                 let (whole, screened, places) = (&model.reconstruction, coarse.reconstruction(), &mut course.places);
-                whole.start(places);
-                screened.start(vertices);
+                whole.system().start(places);
+                screened.system().start(vertices);
                 for (face, reference) in fitting.reference_edges.iter().enumerate() {
                     let turn = turns.rotation(face);
-                    whole.add_edges(face, reference.map(|edge| turn * edge), places);
-                    screened.add_edges(face, wrinkled(face).map(|edge| turn * edge), vertices);
+                    whole.system().add_edges(face, reference.map(|edge| turn * edge), places);
+                    screened.system().add_edges(face, wrinkled(face).map(|edge| turn * edge), vertices);
                 }
                 let mean = model.wrinkle.mean.as_chunks::<PER_FACE>().0;
                 let reference = |face: usize| {
                     turns.rotation(face) * (gradient_of_tangents(&mean[face]) * fitting.shape_deformations[face])
                 };
-                whole.add_ties(reference, places);
-                screened.add_ties(composed, vertices);
+                whole.system().add_ties(reference, places);
+                screened.system().add_ties(composed, vertices);
                 whole.solve(places);
                 self.from_anchors = mean_of_anchors(places) - fitting.offset(pose);
                 coarse.displace(pose, &course.coefficients, &mut course.scratch, places);
@@ -292,12 +292,12 @@ impl Synthesis {
             }
             _ => {
                 let whole = &model.reconstruction;
-                whole.start(vertices);
+                whole.system().start(vertices);
                 for face in 0..fitting.edges.len() {
                     let turn = turns.rotation(face);
-                    whole.add_edges(face, wrinkled(face).map(|edge| turn * edge), vertices);
+                    whole.system().add_edges(face, wrinkled(face).map(|edge| turn * edge), vertices);
                 }
-                whole.add_ties(composed, vertices);
+                whole.system().add_ties(composed, vertices);
                 whole.solve(vertices);
                 self.from_anchors = mean_of_anchors(vertices) - fitting.offset(pose);
             }
