@@ -1,5 +1,6 @@
 //! Bodies: population, SCAPE, measurements, motion.
 
+mod contact;
 mod error;
 mod gender;
 pub mod make;
@@ -19,4 +20,4 @@ pub use makehuman::MakeHumanModel;
 pub use measure::{MeasureError, MeasureTemplate, Measurements, Quantity, measure};
 pub use part::Part;
 pub use pose::{Motion, Pose, rotation_vector};
-pub use scape::{Body, ScapeModel};
+pub use scape::{Body, PoseScratch, ScapeModel};

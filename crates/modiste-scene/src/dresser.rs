@@ -3,8 +3,8 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use modiste_body::{Body, Pose};
-use modiste_core::{Mat3, Vec3};
+use modiste_body::{Body, Pose, PoseScratch};
+use modiste_core::Vec3;
 use modiste_garment::refine::FitOptions;
 use modiste_garment::{DrapeModel, FrameReport, GarmentFlags, Outfit};
 
@@ -20,8 +20,7 @@ pub struct Dresser {
     body: Body,
     outfit: Outfit,
     vertices: Vec<Vec3>,
-    /// Memory to pose the body.
-    gradients: Vec<Mat3>,
+    posing: PoseScratch,
     times: [Duration; Stage::COUNT],
 }
 
@@ -34,14 +33,14 @@ impl Dresser {
         let outfit = Outfit::new(person.body(), person.garments(), options)?;
         let vertices = person.body().rest_vertices().to_vec();
         let times = [Duration::ZERO; Stage::COUNT];
-        Ok(Self { body: person.body().clone(), outfit, vertices, gradients: Vec::new(), times })
+        Ok(Self { body: person.body().clone(), outfit, vertices, posing: PoseScratch::default(), times })
     }
 
     /// The next frame.
     pub fn step(&mut self, pose: &Pose) -> &FrameReport {
-        let Self { body, outfit, vertices, gradients, times } = self;
+        let Self { body, outfit, vertices, posing, times } = self;
         let report = outfit.step_with(pose, || {
-            body.pose_with(pose, gradients, vertices);
+            body.pose_with(pose, posing, vertices);
             &*vertices
         });
         let fit = report.seconds() - report.body_seconds - report.prepare_seconds;

@@ -15,8 +15,8 @@ use super::floor::place_on_floor;
 use super::leg::Side;
 use crate::{Body, Motion, Part, Pose, rotation_vector};
 
-/// Gap (m) between limbs and body that leaves room for two layers of cloth.
-pub const DEFAULT_GAP: f64 = 0.012;
+/// Gap (m) between limbs and body: they may touch. What room cloth needs between them, their skin leaves.
+pub const DEFAULT_GAP: f64 = 0.0;
 
 /// How far (m) from a limb the body is looked for.
 const SEARCH: f64 = 0.12;
@@ -25,7 +25,7 @@ const SEARCH: f64 = 0.12;
 const SPACING: [f64; 2] = [0.025, 0.04];
 
 /// Share of the way from the root joint to the next in which a limb may touch the body: armpit and crotch.
-const TOUCHING_SHARE: f64 = 0.4;
+const TOUCHING_SHARE: f64 = 0.7;
 
 /// Most that a limb is turned in all and in one step (radians), and most steps.
 const LARGEST_TURN: f64 = 0.7;
@@ -39,6 +39,9 @@ const UNCLEAR: f64 = 0.2;
 
 /// Rounds over the whole motion: smoothing takes some of the turn away, the next round puts it back.
 const ROUNDS: usize = 2;
+
+/// How often limbs are looked at (Hz): turns are smoothed below a fraction of it.
+const LOOKS: f64 = 10.0;
 
 /// A turn is held for this long before and after it is needed (s) and smoothed below this frequency (Hz).
 const HOLD: f64 = 0.15;
@@ -173,11 +176,10 @@ fn spread(vertices: &[u32], x: &[Vec3], spacing: f64) -> Vec<u32> {
 /// For each frame and each limb the turn (rotation vector in the frame of the part that carries it) that clears it.
 fn needed_turns(limbs: &[Limb; 2], body: &Body, motion: &Motion) -> Vec<[Vec3; 2]> {
     let start = || (Vec::new(), limbs.each_ref().map(|limb| limb.obstacle.clone()));
-    motion
-        .frames
-        .par_iter()
+    let stride = ((motion.fps / LOOKS) as usize).max(1);
+    let seen: Vec<[Vec3; 2]> = (motion.frames.par_iter().step_by(stride))
         .map_init(start, |(vertices, trees), pose: &Pose| {
-            body.pose(pose, vertices);
+            body.pose_without_contact(pose, vertices);
             let joints = body.joints(pose);
             let world = pose.world_quaternions();
             std::array::from_fn(|index| {
@@ -188,7 +190,8 @@ fn needed_turns(limbs: &[Limb; 2], body: &Body, motion: &Motion) -> Vec<[Vec3; 2
                 world[carrier.index()].conjugate() * rotation_vector(turn)
             })
         })
-        .collect()
+        .collect();
+    (0..motion.frames.len()).map(|frame| seen[((frame + stride / 2) / stride).min(seen.len() - 1)]).collect()
 }
 
 /// The world rotation about `pivot` that lifts every sample of the limb to its gap: the deepest one first, again and

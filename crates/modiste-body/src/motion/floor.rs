@@ -25,7 +25,7 @@ pub fn place_on_floor(motion: &mut Motion, body: &Body) {
         .frames
         .par_iter()
         .map_init(Vec::new, |vertices: &mut Vec<Vec3>, pose| {
-            body.pose(pose, vertices);
+            body.pose_without_contact(pose, vertices);
             vertices.iter().map(|x| x.y).fold(f64::INFINITY, f64::min)
         })
         .collect();
@@ -111,7 +111,7 @@ mod tests {
         place_on_floor(&mut motion, &body);
         let mut vertices = Vec::new();
         for pose in &motion.frames {
-            body.pose(pose, &mut vertices);
+            body.pose_without_contact(pose, &mut vertices);
             let lowest = vertices.iter().map(|x| x.y).fold(f64::INFINITY, f64::min);
             assert!(lowest.abs() < 1e-9);
         }

@@ -8,6 +8,7 @@
 use modiste_core::{Progress, Quat, Vec3, swing_twist};
 use modiste_io::bvh::{BvhClip, Channel};
 
+use super::clear::{DEFAULT_GAP, clear_limbs};
 use super::filter::{low_pass, remove_spikes, resample, soften_steps};
 use super::floor::place_on_floor;
 use super::leg::{Side, leg_bones};
@@ -43,7 +44,8 @@ impl Default for RetargetOptions {
     }
 }
 
-/// The clip on a body: cleaned, resampled, standing on the floor (y = 0), starting above the origin and facing +Z.
+/// The clip on a body: cleaned, resampled, standing on the floor (y = 0), starting above the origin and facing +Z, its limbs
+/// kept out of each other and of the trunk ([`clear_limbs`]).
 ///
 /// Warnings (cut or bridged defects) go to `progress`.
 ///
@@ -80,6 +82,7 @@ pub fn retarget(
     let mut motion = resample(&motion, options.fps);
     start_at_origin(&mut motion);
     place_on_floor(&mut motion, body);
+    clear_limbs(&mut motion, body, DEFAULT_GAP);
     Ok(motion)
 }
 

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::ScapeModel;
 use super::pose_deformation::pose_features;
+use crate::contact::ContactScratch;
 use crate::pose::joint_positions;
 use crate::{BodyError, Part, Pose};
 
@@ -15,6 +16,13 @@ const FACES_AT_ONCE: usize = 1024;
 
 /// Coefficients beyond this many standard deviations are refused: nothing like them was ever seen.
 const LARGEST_COEFFICIENT: f64 = 20.0;
+
+/// Memory for posing a body again and again.
+#[derive(Debug, Clone, Default)]
+pub struct PoseScratch {
+    gradients: Vec<Mat3>,
+    contact: ContactScratch,
+}
 
 /// A body of one shape, ready to be posed.
 #[derive(Debug, Clone)]
@@ -87,13 +95,23 @@ impl Body {
     }
 
     /// Writes the vertices (m) in a pose: the mesh that fits `R D Q` best, every part held where its joint is, the pelvis
-    /// joint at `pose.root_translation`.
+    /// joint at `pose.root_translation`; and where skin meets skin, both give way.
     pub fn pose(&self, pose: &Pose, out: &mut Vec<Vec3>) {
-        self.pose_with(pose, &mut Vec::new(), out);
+        self.pose_with(pose, &mut PoseScratch::default(), out);
     }
 
     /// [`Self::pose`] with memory that is kept from frame to frame, so that none is asked for.
-    pub fn pose_with(&self, pose: &Pose, scratch: &mut Vec<Mat3>, out: &mut Vec<Vec3>) {
+    pub fn pose_with(&self, pose: &Pose, scratch: &mut PoseScratch, out: &mut Vec<Vec3>) {
+        self.deform(pose, &mut scratch.gradients, out);
+        self.model.contact.give_way(self.model.topology(), &self.rest_vertices, &mut scratch.contact, out);
+    }
+
+    /// Writes the vertices (m) in a pose as the model alone has them: skin passes through skin.
+    pub fn pose_without_contact(&self, pose: &Pose, out: &mut Vec<Vec3>) {
+        self.deform(pose, &mut Vec::new(), out);
+    }
+
+    fn deform(&self, pose: &Pose, scratch: &mut Vec<Mat3>, out: &mut Vec<Vec3>) {
         let data = &self.model.data;
         let quaternions = pose.world_quaternions();
         let matrices = quaternions.map(Mat3::from_quat);

@@ -133,7 +133,7 @@ pub fn pose_errors(model: &Arc<ScapeModel>, skin: &Skin, held_out: &[Pose]) -> R
     Ok(held_out
         .iter()
         .map(|pose| {
-            body.pose(pose, &mut found);
+            body.pose_without_contact(pose, &mut found);
             let truth = skin.pose(pose);
             VertexError::from_distances(found.iter().zip(&truth).map(|(x, y)| x.distance(*y)).collect())
         })

@@ -29,7 +29,7 @@ pub mod train;
 mod training_poses;
 
 pub use blend::RotationBlend;
-pub use body::Body;
+pub use body::{Body, PoseScratch};
 pub use file::Provenance;
 pub use model::ScapeModel;
 pub use skin::{Skin, SkinWeights};

@@ -7,6 +7,7 @@ use modiste_core::{GradientReconstruction, Mat3, QuantisedBasis, Topology, Vec3}
 use super::Body;
 use super::blend::RotationBlend;
 use super::pose_deformation::PoseDeformation;
+use crate::contact::SkinContact;
 use crate::{BodyError, Gender, Part};
 
 /// The SCAPE model of one gender: constant, shared by [`Arc`].
@@ -15,6 +16,7 @@ pub struct ScapeModel {
     pub(crate) data: ModelData,
     pub(crate) topology: Arc<Topology>,
     reconstruction: GradientReconstruction,
+    pub(crate) contact: SkinContact,
     /// Change of the vertices per standard deviation of each coefficient.
     shape_directions: Vec<Vec<Vec3>>,
 }
@@ -49,7 +51,9 @@ impl ScapeModel {
         let topology = Topology::new(data.template.len(), data.faces.clone())
             .map_err(|problem| BodyError::Model(format!("faces: {problem}")))?;
         let reconstruction = GradientReconstruction::new(&topology, &data.template)?;
-        let mut model = Self { data, topology: Arc::new(topology), reconstruction, shape_directions: Vec::new() };
+        let contact = SkinContact::new(&topology, &data.template, &data.vertex_parts, &data.face_parts);
+        let topology = Arc::new(topology);
+        let mut model = Self { data, topology, reconstruction, contact, shape_directions: Vec::new() };
         model.shape_directions = model.compute_shape_directions();
         Ok(Arc::new(model))
     }

@@ -1,8 +1,10 @@
 //! The motions that garments are simulated through, and those kept back for tests.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::path::Path;
 
-use modiste_body::motion::{RetargetOptions, generate, retarget};
+use modiste_body::motion::{DEFAULT_GAP, RetargetOptions, clear_limbs, generate, retarget};
 use modiste_body::{Body, BodyError, Motion, Part};
 use modiste_core::Progress;
 use modiste_io::bvh;
@@ -174,7 +176,8 @@ pub fn training_sequences(
     }
     if let Some(folder) = mocap {
         let captured = clips(body, folder, &TRAINING_CLIPS, progress)?;
-        let crossed = crossed(&captured);
+        let mut crossed = crossed(&captured);
+        crossed.iter_mut().for_each(|sequence| _ = clear_limbs(&mut sequence.motion, body, DEFAULT_GAP));
         sequences.extend(captured);
         sequences.extend(mixed(body, folder, progress)?);
         sequences.extend(crossed);
@@ -189,7 +192,9 @@ fn mixed(body: &Body, mocap: &Path, progress: &dyn Progress) -> Result<Vec<Seque
         let found = clips(body, mocap, halves, progress)?;
         let [below, above] = found.as_slice() else { continue };
         let name = format!("mixed_{}+{}", halves[0].clip, halves[1].clip);
-        sequences.push(Sequence { name, motion: graft(&below.motion, &above.motion, Part::Abdomen) });
+        let mut motion = graft(&below.motion, &above.motion, Part::Abdomen);
+        clear_limbs(&mut motion, body, DEFAULT_GAP);
+        sequences.push(Sequence { name, motion });
     }
     Ok(sequences)
 }
@@ -242,13 +247,19 @@ fn clips(
     progress: &dyn Progress,
 ) -> Result<Vec<Sequence>, TrainingError> {
     let mut sequences: Vec<Sequence> = Vec::new();
+    let mut whole = BTreeMap::new();
     for (index, window) in windows.iter().enumerate() {
         let path = folder.join(format!("{}.bvh.gz", window.clip));
         if !modiste_io::exists(&path) {
             progress.warn(&format!("{} is not there and is left out", path.display()));
             continue;
         }
-        let motion = retarget(&bvh::read(&path)?, body, &RetargetOptions::default(), progress)?;
+        let motion = match whole.entry(window.clip) {
+            Entry::Occupied(entry) => entry.into_mut(),
+            Entry::Vacant(entry) => {
+                entry.insert(retarget(&bvh::read(&path)?, body, &RetargetOptions::default(), progress)?)
+            }
+        };
         let frame = |seconds: f64| ((seconds * motion.fps).round() as usize).min(motion.frames.len());
         let motion = motion.slice(frame(window.first)..frame(window.first + window.seconds));
         let earlier = windows[..index].iter().filter(|other| other.clip == window.clip).count();
