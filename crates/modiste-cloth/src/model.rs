@@ -65,6 +65,8 @@ pub struct Attachment {
     pub offset: f64,
     /// Stiffness (N/m).
     pub stiffness: f64,
+    /// The most that it holds (N): pulled harder, the vertex slips, and comes back when it is let go.
+    pub most: f64,
 }
 
 impl Seam {

@@ -16,6 +16,10 @@ const OFFSET: f64 = 0.0025;
 /// Stiffness of each hold (N/m): a hand's weight moves the band by millimetres.
 const STIFFNESS: f64 = 120.0;
 
+/// What the whole band holds at most (N). An elastic of 15 N presses on the waist with 2π times as much, and cotton on skin rubs
+/// with some 0.4 of that. When its wearer squats, the back of it is pulled down, or the seat would tear.
+const GRIP: f64 = 40.0;
+
 /// The elastic is this much shorter than the body's girth under it.
 const ELASTIC_SHARE: f64 = 0.985;
 
@@ -55,7 +59,7 @@ pub(super) fn hold(
     }
     let hold = |(&vertex, &place): (&u32, &Vec3)| {
         let (point, _) = surface(place)?;
-        Some(Attachment { vertex, point, offset: OFFSET, stiffness: STIFFNESS })
+        Some(Attachment { vertex, point, offset: OFFSET, stiffness: STIFFNESS, most: GRIP / count as f64 })
     };
     ring.iter().zip(&places).filter_map(hold).collect()
 }
@@ -64,7 +68,7 @@ pub(super) fn hold(
 pub(super) fn hold_in_place(band: &[u32], positions: &[Vec3], collider: &BodyCollider) -> Vec<Attachment> {
     let hold = |&vertex: &u32| {
         let (point, _) = collider.closest(positions[vertex as usize], 0.3)?;
-        Some(Attachment { vertex, point, offset: OFFSET, stiffness: STIFFNESS })
+        Some(Attachment { vertex, point, offset: OFFSET, stiffness: STIFFNESS, most: GRIP / band.len() as f64 })
     };
     band.iter().filter_map(hold).collect()
 }

@@ -265,8 +265,10 @@ impl Solver {
             let (place, _) = body.place(&hold.point);
             let target = place + body.face_frame(hold.point.face)[1] * hold.offset;
             let vertex = hold.vertex as usize;
-            self.forces[vertex] += (target - x[vertex]) * hold.stiffness;
-            matrix.add_diagonal(vertex, Mat3A::from_diagonal(glam::Vec3::splat(hold.stiffness as f32)));
+            let away = target - x[vertex];
+            let stiffness = hold.stiffness.min(hold.most / away.length().max(f64::MIN_POSITIVE));
+            self.forces[vertex] += away * stiffness;
+            matrix.add_diagonal(vertex, Mat3A::from_diagonal(glam::Vec3::splat(stiffness as f32)));
         }
     }
 

@@ -22,7 +22,7 @@ const NEAR: f64 = 0.02;
 pub(super) const TORN: f64 = 0.3;
 
 /// Stretch (99th percentile) beyond which a frame is no example to learn from.
-const MAX_STRETCH: f64 = 0.08;
+const MAX_STRETCH: f64 = 0.12;
 
 /// Frames beside one that is overstretched which are no example either: cloth does not tear from one frame to the next, nor
 /// come back at once.

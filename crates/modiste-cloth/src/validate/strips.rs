@@ -64,7 +64,7 @@ pub fn loaded_strip() -> Result<Comparison, ClothError> {
         let end = column == 0 || column == sheet.columns;
         let point = BodyPoint { face: 0, barycentric: [1.0 - share, share, 0.0] };
         let stiffness = if end { 0.5 * spring } else { spring };
-        sheet.model.attachments.push(Attachment { vertex, point, offset: 0.0, stiffness });
+        sheet.model.attachments.push(Attachment { vertex, point, offset: 0.0, stiffness, most: f64::INFINITY });
     }
     let mut solver = Solver::new(&sheet.model, SolverOptions { gravity: [0.0; 3], ..static_options() });
     sheet.rest(&mut solver, &mut plate, (400, 1e-5))?;
