@@ -1,9 +1,11 @@
 //! Deformation gradients and the mesh that fits them best (DRAPE, Guan et al. 2012, §4).
 
+use std::ops::{AddAssign, SubAssign};
+
 use crate::components::{connected_components, nearest_link};
 use crate::error::check_size;
 use crate::mesh::{centroid, corners, surface_area};
-use crate::{Mat3, SolveError, SparseCholesky, Topology, Vec3};
+use crate::{Lanes, Mat3, SolveError, SparseCholesky, Topology, Vec3};
 
 /// Per face the matrix `A_t` that takes the edges and the normal of `source` to those of `target` (DRAPE eq. 1).
 ///
@@ -120,7 +122,8 @@ impl EdgeSystem {
     /// Writes the right-hand side of the normal equations, in the order of the factor.
     fn right_side(&self, gradients: &[Mat3], out: &mut [Vec3]) {
         assert_eq!(gradients.len(), self.edges.len(), "one gradient per face");
-        self.start(out);
+        assert_eq!(out.len(), self.factor.size(), "one place per vertex");
+        out.fill(Vec3::ZERO);
         for (face, gradient) in self.edges.iter().zip(gradients) {
             face.add(face.edges.map(|edge| *gradient * edge), out);
         }
@@ -128,22 +131,19 @@ impl EdgeSystem {
     }
 
     /// Begins a right-hand side, in the order of the factor: one place per vertex.
-    ///
-    /// # Panics
-    /// If there is not one place in `out` per vertex.
-    pub fn start(&self, out: &mut [Vec3]) {
-        assert_eq!(out.len(), self.factor.size(), "one place per vertex");
-        out.fill(Vec3::ZERO);
+    pub fn start(&self, right: &mut Vec<Lanes>) {
+        right.clear();
+        right.resize(self.factor.size(), Lanes::default());
     }
 
     /// Adds where the gradient of a face takes its two edges (m) at its first corner, to the second and the third.
     #[inline(always)]
-    pub fn add_edges(&self, face: usize, edges: [Vec3; 2], out: &mut [Vec3]) {
-        self.edges[face].add(edges, out);
+    pub fn add_edges(&self, face: usize, edges: [Vec3; 2], right: &mut [Lanes]) {
+        self.edges[face].add(edges, right);
     }
 
     /// Adds the ties between components; `gradient` is asked about the faces at their ends.
-    pub fn add_ties(&self, gradient: impl Fn(usize) -> Mat3, out: &mut [Vec3]) {
+    pub fn add_ties<T: Place>(&self, gradient: impl Fn(usize) -> Mat3, out: &mut [T]) {
         for link in &self.links {
             let deformed = if link.faces.is_empty() {
                 link.edge
@@ -151,19 +151,32 @@ impl EdgeSystem {
                 let sum: Vec3 = link.faces.iter().map(|&face| gradient(face as usize) * link.edge).sum();
                 sum / link.faces.len() as f64
             };
-            out[link.ends[0] as usize] -= deformed;
-            out[link.ends[1] as usize] += deformed;
+            out[link.ends[0] as usize] -= deformed.into();
+            out[link.ends[1] as usize] += deformed.into();
+        }
+    }
+
+    /// From the right-hand side to the solution, in the order of the vertices.
+    fn solve(&self, right: &mut [Lanes], out: &mut [Vec3]) {
+        self.factor.substitute(right);
+        for (&at, vertex) in self.factor.new_from_old().iter().zip(out) {
+            *vertex = right[at as usize].to_vec3();
         }
     }
 }
 
+/// A place in a right-hand side.
+pub trait Place: Copy + From<Vec3> + AddAssign + SubAssign {}
+
+impl<T: Copy + From<Vec3> + AddAssign + SubAssign> Place for T {}
+
 impl FaceEdges {
     /// Adds where the edges go to a right-hand side.
     #[inline(always)]
-    fn add(&self, [first, second]: [Vec3; 2], out: &mut [Vec3]) {
-        out[self.vertices[0] as usize] -= first + second;
-        out[self.vertices[1] as usize] += first;
-        out[self.vertices[2] as usize] += second;
+    fn add<T: Place>(&self, [first, second]: [Vec3; 2], out: &mut [T]) {
+        out[self.vertices[0] as usize] -= (first + second).into();
+        out[self.vertices[1] as usize] += first.into();
+        out[self.vertices[2] as usize] += second.into();
     }
 }
 
@@ -193,23 +206,30 @@ impl GradientReconstruction {
     /// If there is not one gradient per face and one place in `out` per vertex.
     pub fn reconstruct(&self, gradients: &[Mat3], out: &mut [Vec3]) {
         self.system.right_side(gradients, out);
-        self.solve(out);
+        self.system.factor.solve_points_in_elimination_order(out);
+        centre(out);
     }
 
-    /// What a right-hand side is made with that [`Self::solve`] replaces by the vertices. Together they do what
+    /// What a right-hand side is made with, from which [`Self::solve`] makes the vertices. Together they do what
     /// [`Self::reconstruct`] does, without a matrix per face in between.
     pub fn system(&self) -> &EdgeSystem {
         &self.system
     }
 
-    /// From the right-hand side to the vertices (m), with their centroid at the origin.
-    pub fn solve(&self, out: &mut [Vec3]) {
-        self.system.factor.solve_points_in_elimination_order(out);
-        let centre = centroid(out);
-        for vertex in out {
-            *vertex -= centre;
-        }
+    /// From the right-hand side, which is written over, to the vertices (m), with their centroid at the origin.
+    ///
+    /// # Panics
+    /// If there is not one place in `right` per vertex.
+    pub fn solve(&self, right: &mut [Lanes], out: &mut [Vec3]) {
+        self.system.solve(right, out);
+        centre(out);
     }
+}
+
+/// Moves the centroid to the origin.
+fn centre(vertices: &mut [Vec3]) {
+    let centre = centroid(vertices);
+    vertices.iter_mut().for_each(|vertex| *vertex -= centre);
 }
 
 /// The mesh whose edges match given deformation gradients and whose vertices lie near given places, prefactored.
@@ -248,7 +268,10 @@ impl ScreenedReconstruction {
     /// If there is not one gradient per face, and one place and one vertex in `out` per vertex.
     pub fn reconstruct(&self, gradients: &[Mat3], places: &[Vec3], out: &mut [Vec3]) {
         self.system.right_side(gradients, out);
-        self.solve(places, out);
+        for (&at, place) in self.system.factor.new_from_old().iter().zip(places) {
+            out[at as usize] += self.weight * *place;
+        }
+        self.system.factor.solve_points_in_elimination_order(out);
     }
 
     /// As [`GradientReconstruction::system`].
@@ -256,16 +279,16 @@ impl ScreenedReconstruction {
         &self.system
     }
 
-    /// From the right-hand side and one place (m) per vertex to the vertices (m).
+    /// From the right-hand side, which is written over, and one place (m) per vertex to the vertices (m).
     ///
     /// # Panics
-    /// If there is not one place per vertex.
-    pub fn solve(&self, places: &[Vec3], out: &mut [Vec3]) {
+    /// If there is not one place per vertex, and one in `right`.
+    pub fn solve(&self, places: &[Vec3], right: &mut [Lanes], out: &mut [Vec3]) {
         assert_eq!(places.len(), out.len(), "one place per vertex");
         for (&at, place) in self.system.factor.new_from_old().iter().zip(places) {
-            out[at as usize] += self.weight * *place;
+            right[at as usize] += (self.weight * *place).into();
         }
-        self.system.factor.solve_points_in_elimination_order(out);
+        self.system.solve(right, out);
     }
 }
 

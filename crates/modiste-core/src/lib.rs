@@ -43,6 +43,7 @@ mod deformation;
 mod dense;
 mod error;
 mod geodesic;
+mod lanes;
 mod mesh;
 mod pca;
 mod polygon;
@@ -65,11 +66,12 @@ pub use components::{boundary_loops, connected_components};
 pub use conjugate_gradients::{BlockSystem, CgReport};
 pub use curvature::mean_curvature;
 pub use deepest::{Sounding, deepest_on_triangle};
-pub use deformation::{EdgeSystem, GradientReconstruction, ScreenedReconstruction, deformation_gradients};
+pub use deformation::{EdgeSystem, GradientReconstruction, Place, ScreenedReconstruction, deformation_gradients};
 pub use dense::{Matrix, ThinSvd, largest_eigenvalue_magnitude, ridge, solve_spd, symmetric_eigen, thin_svd};
 pub use error::SolveError;
 pub use geodesic::geodesic_distances;
 pub use glam::{DAffine3 as Affine3, DMat2 as Mat2, DMat3 as Mat3, DQuat as Quat, DVec2 as Vec2, DVec3 as Vec3};
+pub use lanes::Lanes;
 pub use mesh::{
     Mesh, bounds, centroid, corners, face_areas, face_normals, surface_area, vertex_areas, vertex_normals,
     vertex_normals_into, volume,

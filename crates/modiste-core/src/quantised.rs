@@ -2,6 +2,7 @@
 
 use crate::SolveError;
 use crate::error::check_size;
+use crate::lanes::{Kernel, with_widest_registers};
 
 /// Numbers of the result that stay in the nearest cache while the components pass by.
 const BLOCK: usize = 4096;
@@ -129,13 +130,32 @@ impl<T: Step> QuantisedBasis<T> {
         let n = self.dimensions;
         assert_eq!(mean.len(), n, "one number of the mean per dimension");
         assert_eq!(out.len(), n, "one number per dimension");
+        with_widest_registers(Sum { basis: self, mean, coefficients, out });
+    }
+}
+
+/// See [`QuantisedBasis::expand`].
+struct Sum<'a, T> {
+    basis: &'a QuantisedBasis<T>,
+    mean: &'a [f32],
+    coefficients: &'a [f64],
+    out: &'a mut [f32],
+}
+
+impl<T: Step> Kernel for Sum<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { basis, mean, coefficients, out } = self;
+        let n = basis.dimensions;
         // A list of factors would have to be allocated, so they are made again for every block.
-        let count = coefficients.len().min(self.scales.len());
-        let factor = |k: usize| (coefficients[k] * f64::from(self.scales[k])) as f32;
+        let count = coefficients.len().min(basis.scales.len());
+        let factor = |k: usize| (coefficients[k] * f64::from(basis.scales[k])) as f32;
         for (block, (out, mean)) in out.chunks_mut(BLOCK).zip(mean.chunks(BLOCK)).enumerate() {
             out.copy_from_slice(mean);
             let length = out.len();
-            let row = |k: usize| &self.values[k * n + block * BLOCK..][..length];
+            let row = |k: usize| &basis.values[k * n + block * BLOCK..][..length];
             // Four components at a time read and write the result once.
             let mut k = 0;
             while k + 4 <= count {

@@ -1,5 +1,7 @@
 //! Sparse Cholesky factorisation with a fast solve for three interleaved right-hand sides.
 
+use std::ops::{Mul, Sub};
+
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::solvers::LltError;
 use faer::sparse::linalg::SupernodalThreshold;
@@ -9,6 +11,7 @@ use faer::sparse::linalg::cholesky::{
 use faer::sparse::{SparseColMat, Triplet};
 use faer::{Par, Side};
 
+use crate::lanes::{Kernel, with_widest_registers};
 use crate::{SolveError, Vec3};
 
 /// The factor `P A Pᵀ = L Lᵀ` of a symmetric positive definite matrix.
@@ -64,32 +67,9 @@ fn cycles(permutation: &[u32]) -> Vec<u32> {
 }
 
 /// What the solve needs of a right-hand side entry: a number, or three at once.
-trait Entry: Copy {
-    fn minus(self, factor: f64, other: Self) -> Self;
-    fn times(self, factor: f64) -> Self;
-}
+pub(crate) trait Entry: Copy + Sub<Output = Self> + Mul<f64, Output = Self> {}
 
-impl Entry for f64 {
-    #[inline(always)]
-    fn minus(self, factor: f64, other: Self) -> Self {
-        self - factor * other
-    }
-    #[inline(always)]
-    fn times(self, factor: f64) -> Self {
-        self * factor
-    }
-}
-
-impl Entry for Vec3 {
-    #[inline(always)]
-    fn minus(self, factor: f64, other: Self) -> Self {
-        self - factor * other
-    }
-    #[inline(always)]
-    fn times(self, factor: f64) -> Self {
-        self * factor
-    }
-}
+impl<T: Copy + Sub<Output = Self> + Mul<f64, Output = Self>> Entry for T {}
 
 impl SparseCholesky {
     /// Factors an `n`×`n` symmetric matrix given by `(row, column, value)`; values at the same place are added.
@@ -239,9 +219,7 @@ impl SparseCholesky {
     ///
     /// Needs no memory besides `rhs`.
     pub(crate) fn solve_points_in_elimination_order(&self, rhs: &mut [Vec3]) {
-        assert_eq!(rhs.len(), self.size, "one point per row");
-        self.forward(rhs);
-        self.backward(rhs);
+        self.substitute(rhs);
         let mut cycle = self.cycles.iter();
         while let Some(&first) = cycle.next() {
             let mut at = (first & !LAST) as usize;
@@ -261,17 +239,23 @@ impl SparseCholesky {
         }
     }
 
+    /// The same, but for the order: the solution stays where the right-hand side was.
+    pub(crate) fn substitute<T: Entry>(&self, rhs: &mut [T]) {
+        assert_eq!(rhs.len(), self.size, "one entry per row");
+        with_widest_registers(Substitution { factor: self, rhs });
+    }
+
     fn solve_entries<T: Entry>(&self, rhs: &mut [T]) {
         assert_eq!(rhs.len(), self.size, "one entry per row");
         let mut x: Vec<T> = self.old_from_new.iter().map(|&old| rhs[old as usize]).collect();
-        self.forward(&mut x);
-        self.backward(&mut x);
+        self.substitute(&mut x);
         for (&old, value) in self.old_from_new.iter().zip(x) {
             rhs[old as usize] = value;
         }
     }
 
     /// `L y = x` in place, in elimination order.
+    #[inline(always)]
     fn forward<T: Entry>(&self, x: &mut [T]) {
         for node in &self.supernodes {
             let (diagonal, below, rows) = self.parts(node);
@@ -280,9 +264,9 @@ impl SparseCholesky {
             for row in 0..width {
                 let mut value = x[start + row];
                 for column in 0..row {
-                    value = value.minus(diagonal[at + column], x[start + column]);
+                    value = value - x[start + column] * diagonal[at + column];
                 }
-                x[start + row] = value.times(diagonal[at + row]);
+                x[start + row] = value * diagonal[at + row];
                 at += row + 1;
             }
             // Four rows at a time read the supernode's own entries once.
@@ -294,10 +278,10 @@ impl SparseCholesky {
                 let mut values = at.map(|place| tail[place]);
                 let [first, second, third, fourth] = [0, 1, 2, 3].map(|i| &factors[i * width..(i + 1) * width]);
                 for (column, &other) in own.iter().enumerate() {
-                    values[0] = values[0].minus(first[column], other);
-                    values[1] = values[1].minus(second[column], other);
-                    values[2] = values[2].minus(third[column], other);
-                    values[3] = values[3].minus(fourth[column], other);
+                    values[0] = values[0] - other * first[column];
+                    values[1] = values[1] - other * second[column];
+                    values[2] = values[2] - other * third[column];
+                    values[3] = values[3] - other * fourth[column];
                 }
                 for (place, value) in at.into_iter().zip(values) {
                     tail[place] = value;
@@ -307,7 +291,7 @@ impl SparseCholesky {
             for (&row, factors) in row_blocks.remainder().iter().zip(rest) {
                 let mut value = tail[row as usize - passed];
                 for (&factor, &other) in factors.iter().zip(own) {
-                    value = value.minus(factor, other);
+                    value = value - other * factor;
                 }
                 tail[row as usize - passed] = value;
             }
@@ -315,6 +299,7 @@ impl SparseCholesky {
     }
 
     /// `Lᵀ z = x` in place, in elimination order.
+    #[inline(always)]
     fn backward<T: Entry>(&self, x: &mut [T]) {
         for node in self.supernodes.iter().rev() {
             let (diagonal, below, rows) = self.parts(node);
@@ -328,34 +313,34 @@ impl SparseCholesky {
                 let others = [0, 1, 2, 3].map(|i| tail[rows[i] as usize - passed]);
                 let [first, second, third, fourth] = [0, 1, 2, 3].map(|i| &factors[i * width..(i + 1) * width]);
                 for (column, value) in own.iter_mut().enumerate() {
-                    *value = value
-                        .minus(first[column], others[0])
-                        .minus(second[column], others[1])
-                        .minus(third[column], others[2])
-                        .minus(fourth[column], others[3]);
+                    *value = *value
+                        - others[0] * first[column]
+                        - others[1] * second[column]
+                        - others[2] * third[column]
+                        - others[3] * fourth[column];
                 }
             }
             let rest = factor_blocks.remainder().chunks_exact(width);
             for (&row, factors) in row_blocks.remainder().iter().zip(rest) {
                 let other = tail[row as usize - passed];
                 for (value, &factor) in own.iter_mut().zip(factors) {
-                    *value = value.minus(factor, other);
+                    *value = *value - other * factor;
                 }
             }
             let mut at = diagonal.len();
             for row in (0..width).rev() {
                 at -= row + 1;
-                let value = own[row].times(diagonal[at + row]);
+                let value = own[row] * diagonal[at + row];
                 own[row] = value;
                 for column in 0..row {
-                    own[column] = own[column].minus(diagonal[at + column], value);
+                    own[column] = own[column] - value * diagonal[at + column];
                 }
             }
         }
     }
 
     /// The values of the diagonal block, those below it, and the rows these belong to.
-    #[inline]
+    #[inline(always)]
     fn parts(&self, node: &Supernode) -> (&[f64], &[f64], &[u32]) {
         let (width, row_count) = (node.width as usize, node.row_count as usize);
         let triangle = width * (width + 1) / 2;
@@ -363,6 +348,22 @@ impl SparseCholesky {
         let (diagonal, below) = values.split_at(triangle);
         let first_row = node.first_row as usize;
         (diagonal, below, &self.rows[first_row..first_row + row_count])
+    }
+}
+
+/// See [`SparseCholesky::substitute`].
+struct Substitution<'a, T> {
+    factor: &'a SparseCholesky,
+    rhs: &'a mut [T],
+}
+
+impl<T: Entry> Kernel for Substitution<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        self.factor.forward(self.rhs);
+        self.factor.backward(self.rhs);
     }
 }
 

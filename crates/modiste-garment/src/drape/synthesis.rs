@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use modiste_body::{Part, Pose};
-use modiste_core::{GradientReconstruction, Mat3, Vec3, corners};
+use modiste_core::{EdgeSystem, GradientReconstruction, Lanes, Mat3, Vec3, corners};
 
 use super::basis::BasisScratch;
 use super::blend::Turns;
@@ -15,7 +15,6 @@ use super::shape::ShapeModel;
 use super::training_set::Garment;
 use super::wrinkle::WrinkleModel;
 use crate::GarmentError;
-use crate::refine::anchors::translation;
 
 /// Which wrinkles are put on the garment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -31,7 +30,7 @@ pub enum Wrinkles {
 #[derive(Debug, Clone)]
 pub(crate) struct Fitting {
     /// D of each face, to vectors in its tangent frame.
-    shape_deformations: Vec<Mat3>,
+    pub(super) shape_deformations: Vec<Mat3>,
     /// Where D takes the two edges of each face (m).
     edges: Vec<[Vec3; 2]>,
     /// Where the mean wrinkles take them from there.
@@ -63,7 +62,7 @@ impl Fitting {
     }
 
     /// Finds where D takes the edges, and the mean wrinkles after it.
-    fn deform_edges(&mut self, garment: &Garment, wrinkle: &WrinkleModel) {
+    pub(super) fn deform_edges(&mut self, garment: &Garment, wrinkle: &WrinkleModel) {
         let deform = |(face, deformation): (&[u32; 3], &Mat3)| {
             let [a, b, c] = corners(*face, &garment.template);
             [*deformation * (b - a), *deformation * (c - a)]
@@ -76,6 +75,34 @@ impl Fitting {
                 edges.map(|edge| gradient * edge)
             })
             .collect();
+    }
+
+    /// Makes the right-hand side of the garment with these wrinkles, a flat row.
+    fn add_wrinkled(&self, system: &EdgeSystem, turns: &Turns<'_>, wrinkles: &[f32], right: &mut Vec<Lanes>) {
+        let wrinkles = wrinkles.as_chunks::<PER_FACE>().0;
+        system.start(right);
+        for (face, (edges, wrinkles)) in self.edges.iter().zip(wrinkles).enumerate() {
+            let (turn, gradient) = (turns.rotation(face), gradient_of_tangents(wrinkles));
+            system.add_edges(face, edges.map(|edge| turn * (gradient * edge)), right);
+        }
+        self.add_ties(system, turns, wrinkles, right);
+    }
+
+    /// The same of the reference, with mean wrinkles.
+    fn add_reference(&self, system: &EdgeSystem, turns: &Turns<'_>, mean: &[f32], right: &mut Vec<Lanes>) {
+        system.start(right);
+        for (face, edges) in self.reference_edges.iter().enumerate() {
+            let turn = turns.rotation(face);
+            system.add_edges(face, edges.map(|edge| turn * edge), right);
+        }
+        self.add_ties(system, turns, mean.as_chunks::<PER_FACE>().0, right);
+    }
+
+    fn add_ties(&self, system: &EdgeSystem, turns: &Turns<'_>, wrinkles: &[[f32; PER_FACE]], right: &mut [Lanes]) {
+        let composed = |face: usize| {
+            turns.rotation(face) * (gradient_of_tangents(&wrinkles[face]) * self.shape_deformations[face])
+        };
+        system.add_ties(composed, right);
     }
 
     /// Moves a garment to its place, from the way to the anchors of the body.
@@ -113,27 +140,31 @@ impl Fitting {
 /// that a frame needs.
 #[derive(Debug, Clone)]
 pub struct Synthesis {
-    model: Arc<DrapeModel>,
+    pub(super) model: Arc<DrapeModel>,
     kind: Wrinkles,
     is_plain: bool,
-    fitting: Fitting,
+    pub(super) fitting: Fitting,
     state: DynamicsState,
+    /// ψ as it is shown.
+    pub(super) coefficients: Vec<f64>,
     wrinkles: Vec<f32>,
     scratch: BasisScratch,
+    right: Vec<Lanes>,
     vertices: Vec<Vec3>,
     /// The mean (m) of the anchors of the garment as it was made, less how far it lies from those of the body.
     from_anchors: Vec3,
-    course: Option<Course>,
+    pub(super) course: Option<Course>,
 }
 
 /// The state of the coarse deformation, and its memory.
 #[derive(Debug, Clone)]
-struct Course {
+pub(super) struct Course {
     state: MotionState,
     inputs: Vec<f64>,
-    coefficients: Vec<f64>,
+    pub(super) coefficients: Vec<f64>,
     scratch: Vec<f32>,
-    places: Vec<Vec3>,
+    right: Vec<Lanes>,
+    pub(super) places: Vec<Vec3>,
 }
 
 impl Course {
@@ -143,6 +174,7 @@ impl Course {
             inputs: vec![0.0; coarse.learned.inputs.count()],
             coefficients: vec![0.0; coarse.count()],
             scratch: Vec::new(),
+            right: Vec::new(),
             places: vec![Vec3::ZERO; vertex_count],
         }
     }
@@ -182,7 +214,9 @@ impl Synthesis {
             kind: Wrinkles::default(),
             is_plain: false,
             state: model.dynamics.start(),
+            coefficients: Vec::new(),
             wrinkles: vec![0.0; model.wrinkle.mean.len()],
+            right: Vec::new(),
             scratch: BasisScratch::default(),
             from_anchors: Vec3::ZERO,
             vertices: vec![Vec3::ZERO; vertex_count],
@@ -233,7 +267,8 @@ impl Synthesis {
             Wrinkles::Dynamic => model.dynamics.step(&mut self.state, pose),
             Wrinkles::Static => model.dynamics.step_static(&mut self.state, pose),
         };
-        model.wrinkle.expand(coefficients, &mut self.scratch, &mut self.wrinkles);
+        self.coefficients.clear();
+        self.coefficients.extend_from_slice(coefficients);
         if let (Some(course), Some(coarse)) = (&mut self.course, &model.coarse) {
             course.step(coarse, self.kind, pose);
         }
@@ -249,57 +284,43 @@ impl Synthesis {
         &self.vertices
     }
 
-    /// The vertices but for their place, from the expanded wrinkles and κ.
+    /// The vertices but for their place, from ψ and κ.
     ///
-    /// [`Fitting::compose`] and the reconstructions from gradients say what is done; here no gradient is written down, the
-    /// faces are gone through once, and what places the garment is left for later, because a shift of all places shifts the
-    /// result as much.
-    fn finish(&mut self, pose: &Pose) {
-        let Self { model, fitting, wrinkles, vertices, .. } = self;
+    /// [`Fitting::compose`] and the reconstructions from gradients say what is done; here no gradient is written down, and what
+    /// places the garment is left for later, because a shift of all places shifts the result as much. The wrinkles and the places
+    /// of the coarse deformation are found side by side.
+    pub(crate) fn finish(&mut self, pose: &Pose) {
+        let Self { model, fitting, coefficients, wrinkles, scratch, right, vertices, .. } = self;
         let turns = Turns::new(&model.wrinkle.blend, pose);
-        let wrinkles = wrinkles.as_chunks::<PER_FACE>().0;
-        let wrinkled = |face: usize| {
-            let gradient = gradient_of_tangents(&wrinkles[face]);
-            fitting.edges[face].map(|edge| gradient * edge)
-        };
-        let composed = |face: usize| {
-            turns.rotation(face) * (gradient_of_tangents(&wrinkles[face]) * fitting.shape_deformations[face])
-        };
+        let whole = &model.reconstruction;
         let anchors = &model.garment.anchors;
-        let mean_of_anchors = |x: &[Vec3]| {
-            anchors.iter().map(|&[vertex, _]| x[vertex as usize]).sum::<Vec3>() / anchors.len().max(1) as f64
+        let from_anchors = |x: &[Vec3]| {
+            let sum = anchors.iter().map(|&[vertex, _]| x[vertex as usize]).sum::<Vec3>();
+            sum / anchors.len().max(1) as f64 - fitting.offset(pose)
+        };
+        let mut wrinkle = |system: &EdgeSystem, right: &mut Vec<Lanes>| {
+            model.wrinkle.expand(coefficients, scratch, wrinkles);
+            fitting.add_wrinkled(system, &turns, wrinkles, right);
         };
         match (&mut self.course, &model.coarse) {
             (Some(course), Some(coarse)) if !self.is_plain => {
-                let (whole, screened, places) = (&model.reconstruction, coarse.reconstruction(), &mut course.places);
-                whole.system().start(places);
-                screened.system().start(vertices);
-                for (face, reference) in fitting.reference_edges.iter().enumerate() {
-                    let turn = turns.rotation(face);
-                    whole.system().add_edges(face, reference.map(|edge| turn * edge), places);
-                    screened.system().add_edges(face, wrinkled(face).map(|edge| turn * edge), vertices);
-                }
-                let mean = model.wrinkle.mean.as_chunks::<PER_FACE>().0;
-                let reference = |face: usize| {
-                    turns.rotation(face) * (gradient_of_tangents(&mean[face]) * fitting.shape_deformations[face])
+                let screened = coarse.reconstruction();
+                let lay_out = || {
+                    let Course { coefficients, scratch, right, places, .. } = &mut *course;
+                    fitting.add_reference(whole.system(), &turns, &model.wrinkle.mean, right);
+                    whole.solve(right, places);
+                    let from = from_anchors(places);
+                    coarse.displace(pose, coefficients, scratch, places);
+                    from
                 };
-                whole.system().add_ties(reference, places);
-                screened.system().add_ties(composed, vertices);
-                whole.solve(places);
-                self.from_anchors = mean_of_anchors(places) - fitting.offset(pose);
-                coarse.displace(pose, &course.coefficients, &mut course.scratch, places);
-                screened.solve(places, vertices);
+                let (from, ()) = rayon::join(lay_out, || wrinkle(screened.system(), right));
+                self.from_anchors = from;
+                screened.solve(&course.places, right, vertices);
             }
             _ => {
-                let whole = &model.reconstruction;
-                whole.system().start(vertices);
-                for face in 0..fitting.edges.len() {
-                    let turn = turns.rotation(face);
-                    whole.system().add_edges(face, wrinkled(face).map(|edge| turn * edge), vertices);
-                }
-                whole.system().add_ties(composed, vertices);
-                whole.solve(vertices);
-                self.from_anchors = mean_of_anchors(vertices) - fitting.offset(pose);
+                wrinkle(whole.system(), right);
+                whole.solve(right, vertices);
+                self.from_anchors = from_anchors(vertices);
             }
         }
     }
@@ -307,56 +328,6 @@ impl Synthesis {
     /// The vertices of the last frame (m, world).
     pub fn vertices(&self) -> &[Vec3] {
         &self.vertices
-    }
-}
-
-/// Puts the wrinkles of given meshes on the mean body's garment: the best that the learned space can show.
-#[derive(Debug, Clone)]
-pub struct Projection {
-    synthesis: Synthesis,
-    basis: Vec<f32>,
-}
-
-impl Projection {
-    /// For the mean body, on which wrinkles are learned, and its number of vertices.
-    ///
-    /// # Errors
-    /// As [`Synthesis::new`].
-    pub fn new(model: Arc<DrapeModel>, body_vertex_count: usize) -> Result<Self, GarmentError> {
-        let basis = model.wrinkle.basis.to_f32();
-        let mut synthesis = Synthesis::new(model, &[], body_vertex_count)?;
-        // Wrinkles are gradients from the template itself.
-        let count = synthesis.fitting.shape_deformations.len();
-        let mut unchanged = vec![Mat3::IDENTITY; count];
-        synthesis.model.wrinkle.frames.clone().into_tangents(&mut unchanged);
-        if synthesis.model.coarse.is_none() {
-            synthesis.fitting.shape_deformations = unchanged;
-            synthesis.fitting.deform_edges(&synthesis.model.garment, &synthesis.model.wrinkle);
-        }
-        Ok(Self { synthesis, basis })
-    }
-
-    /// The garment with the wrinkles that `truth` (m) has in this pose, as far as they lie in the learned space.
-    pub fn project(&mut self, pose: &Pose, body: &[Vec3], truth: &[Vec3]) -> &[Vec3] {
-        let wrinkle = &self.synthesis.model.wrinkle;
-        let flat = wrinkle.row_of(&self.synthesis.model.garment, pose, truth);
-        let rows = self.basis.chunks_exact(flat.len().max(1));
-        let along = |row: &[f32]| {
-            let numbers = row.iter().zip(&flat).zip(&wrinkle.mean);
-            numbers.map(|((b, q), mean)| f64::from(*b) * (f64::from(*q) - f64::from(*mean))).sum::<f64>()
-        };
-        let coefficients: Vec<f64> = rows.map(along).collect();
-        let Synthesis { model, fitting, course, wrinkles, scratch, .. } = &mut self.synthesis;
-        model.wrinkle.expand(&coefficients, scratch, wrinkles);
-        if let (Some(course), Some(coarse)) = (course, &model.coarse) {
-            let to_anchors = |x: &[Vec3]| translation(&model.garment.anchors, x, body);
-            let learned = (&model.wrinkle, &model.reconstruction);
-            let mut gradients = vec![Mat3::IDENTITY; fitting.shape_deformations.len()];
-            fitting.write_reference(learned, (pose, &to_anchors), &mut gradients, &mut course.places);
-            course.coefficients = coarse.coefficients_of(pose, &course.places, truth);
-        }
-        self.synthesis.finish(pose);
-        self.synthesis.place(body)
     }
 }
 
