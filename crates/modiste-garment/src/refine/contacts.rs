@@ -2,9 +2,10 @@
 
 use modiste_core::Vec3;
 
+use super::contact::Contact;
 use super::cover::Ground;
 use super::home::Home;
-use super::obstacle::{Contact, NO_HINT};
+use super::obstacle::NO_HINT;
 
 /// Most surfaces below a garment, the body and the garments under it; those beyond are left out.
 pub(crate) const MOST: usize = 4;
@@ -65,6 +66,8 @@ pub(crate) struct Site {
     pub(crate) contacts: Contacts,
     /// Nearest faces, which in the next frame most often are the same.
     hints: [u32; MOST],
+    /// The same of the skin that the vertex is worn on, as far as that was looked for.
+    home_hint: u32,
     /// How far the vertex may move before its contacts must be found again (m).
     pub(crate) slack: f64,
     /// The place outside (m) that it goes to where parts pass through each other around it.
@@ -85,6 +88,7 @@ impl Site {
     pub(crate) const NEW: Self = Self {
         contacts: Contacts::EMPTY,
         hints: [NO_HINT; MOST],
+        home_hint: NO_HINT,
         slack: 0.0,
         exit: None,
         stale: true,
@@ -135,14 +139,12 @@ impl Site {
     ///
     /// It lies at their rim, as near as there is room, and is not looked for again in this frame.
     pub(crate) fn find_exit(&mut self, grounds: &[Ground<'_>], at: Vec3, clearance: f64, home: Option<&Home>) {
-        let pinching = (0..self.contacts.count).find(|&index| self.contacts.items[index].pinched);
-        let (body, hint) = (grounds[0].obstacle, &mut self.hints[0]);
-        let is_astray = || self.contacts.of(0).is_some_and(|contact| body.leads_astray(at, contact, home));
-        self.exit = match pinching {
-            Some(_) => Some(body.way_home(at, clearance, hint, home)),
-            None if is_astray() => Some(body.way_home(at, clearance, hint, home)),
-            None => None,
-        };
+        let body = grounds[0].obstacle;
+        let (hint, own) = (&mut self.hints[0], &mut self.home_hint);
+        let contacts = &self.contacts;
+        let is_lost = contacts.as_slice().iter().any(|contact| contact.pinched)
+            || contacts.of(0).is_some_and(|contact| body.leads_astray(at, contact, home, own));
+        self.exit = is_lost.then(|| body.way_home(at, clearance, [hint, own], home));
     }
 
     /// Whether the vertex may be inside the body though its contacts say otherwise.

@@ -2,7 +2,8 @@
 
 use modiste_core::{Topology, Vec3};
 
-use super::obstacle::{Contact, Obstacle};
+use super::contact::Contact;
+use super::obstacle::Obstacle;
 
 /// Cloth further from the body than this (m) does not raise it: what hangs free is not lain upon.
 const HIGHEST: f64 = 0.06;

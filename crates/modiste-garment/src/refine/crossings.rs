@@ -120,7 +120,7 @@ fn may_cross(face: [u32; 3], triangle: [Vec3; 3], sites: &[Site], owner: usize, 
     let turn = a.normal.dot(b.normal).min(b.normal.dot(c.normal)).min(c.normal.dot(a.normal));
     // 1 - cos θ ≥ 0.2 θ² up to a half turn, and an arc over a chord L rises by Lθ/8: twice that, for what is not round.
     let angle = ((1.0 - turn).max(0.0) / 0.2).sqrt();
-    let is_open = |contact: &&super::obstacle::Contact| {
+    let is_open = |contact: &&super::contact::Contact| {
         grounds[owner].obstacle.room(contact.face) > least + 0.58 * longest + ROOM_MARGIN
     };
     least < 0.25 * longest * angle || ![a, b, c].iter().all(is_open)

@@ -7,12 +7,13 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::band::Band;
+use super::contact::Contact;
 use super::contacts::{MOST, Site, wanted_distance};
 use super::cover::Ground;
 use super::crossings::{Crossing, Crossings, find_crossings};
 use super::folds::Folds;
 use super::home::Home;
-use super::obstacle::{Contact, Obstacle};
+use super::obstacle::Obstacle;
 use super::paper::PaperOptions;
 use super::shows::{Lift, Lifts, SHOW_CLEARANCE, find_lifts};
 use super::tears::Tears;

@@ -34,6 +34,8 @@ pub(crate) struct Exposure {
     hulls: Vec<Hull>,
     /// For each part a bit for every part that is no neighbour of it.
     others: [u32; Part::COUNT],
+    /// A bit for every part whose surface is known closely, as cloth is worn on it.
+    worn: u32,
     vertices: Lazy,
     /// How many corners of each face are exposed.
     corners: Lazy,
@@ -154,6 +156,7 @@ impl Exposure {
             vertices_of,
             hulls: vec![Hull::EMPTY; Part::COUNT],
             others: others(),
+            worn: worn.iter().fold(0, |bits, part| bits | 1 << part.index()),
             vertices: Lazy::new(parts.len()),
             corners: Lazy::new(topology.face_count()),
             middles: Lazy::new(topology.face_count()),
@@ -166,27 +169,36 @@ impl Exposure {
     /// Takes in a surface that has moved.
     pub(crate) fn update(&mut self, surface: &Obstacle) {
         let hulls = self.hulls.par_iter_mut().zip(&self.vertices_of);
-        hulls.for_each(|(hull, vertices)| *hull = Hull::of(vertices.iter().map(|&v| surface.vertices()[v as usize])));
+        let crowding = &mut self.crowding;
+        rayon::join(
+            || crowding.update(surface),
+            || {
+                let places = |vertices: &[u32]| Hull::of(vertices.iter().map(|&v| surface.vertices()[v as usize]));
+                hulls.for_each(|(hull, vertices)| *hull = places(vertices));
+            },
+        );
         self.vertices.forget();
         self.corners.forget();
         self.middles.forget();
         self.open.forget();
-        self.crowding.update(surface);
     }
 
     /// Whether a point is in or next to the hull of another part than the one given.
     fn is_near_another(&self, part: Part, point: Vec3, margin: f64) -> bool {
+        self.is_near_one_of(!(1 << part.index()), point, margin)
+    }
+
+    /// Whether a point is in or next to the hull of one of the parts that have a bit.
+    fn is_near_one_of(&self, parts: u32, point: Vec3, margin: f64) -> bool {
         let extents = extents(point);
-        let hulls = self.hulls.iter().enumerate().filter(|&(index, _)| index != part.index());
-        hulls.into_iter().any(|(_, hull)| hull.holds(&extents, margin))
+        self.hulls.iter().enumerate().any(|(part, hull)| parts >> part & 1 == 1 && hull.holds(&extents, margin))
     }
 
     /// Whether a point may be in another part than the face that it was found nearest to: in its hull, that is. Parts that
     /// meet at a joint have one surface, which leads from one to the other.
     pub(crate) fn may_be_in_another(&self, surface: &Obstacle, point: Vec3, face: u32) -> bool {
         let own = self.parts[surface.topology().faces()[face as usize][0] as usize];
-        let (extents, others) = (extents(point), self.others[own.index()]);
-        self.hulls.iter().enumerate().any(|(part, hull)| others >> part & 1 == 1 && hull.holds(&extents, 0.0))
+        self.is_near_one_of(self.others[own.index()], point, 0.0)
     }
 
     /// Whether the surface at a vertex can be reached from outside.
@@ -234,8 +246,8 @@ impl Exposure {
 
     /// Whether the point of the surface that is nearest among those around it is so among all, and exposed.
     ///
-    /// It is where nothing faces it that is near, or where no surface but that around it is within [`FREE`]; further out any
-    /// will do. Not all that are so are told.
+    /// It is where nothing faces it that is near, or where no surface but that around it, which does not face it, is within
+    /// [`FREE`]; further out any will do. Not all that are so are told.
     pub(crate) fn is_certain(&self, surface: &Obstacle, point: Vec3, at: &SurfacePoint) -> bool {
         if self.exposed_corners(surface, at.face) != 3 {
             return false;
@@ -246,11 +258,16 @@ impl Exposure {
         }
         let is_inside = (point - at.point).dot(surface.face_normal(at.face)) < 0.0;
         let part = self.parts[surface.topology().faces()[at.face as usize][0] as usize];
+        // Surface is looked for no further than `FREE`. Within that a neighbour which is known closely is either seen, or is the
+        // surface around the nearest point that goes on.
+        let is_seen = at.distance + CLEARLY <= FREE;
+        let hidden = if is_seen { self.others[part.index()] | !self.worn } else { u32::MAX };
+        let around = if room >= FREE { NEIGHBOURHOOD } else { room };
         !is_inside
             && is_covered(part)
-            && room >= FREE
-            && self.crowding.is_alone(point, at.point, NEIGHBOURHOOD, at.distance + CLEARLY)
-            && !self.is_near_another(part, point, HULL_MARGIN)
+            && (room >= FREE || is_seen && Crowding::fits_flat(around, at.distance, at.distance + CLEARLY))
+            && !self.is_near_one_of(hidden & !(1 << part.index()), point, HULL_MARGIN)
+            && self.crowding.is_alone(point, at.point, around, at.distance + CLEARLY)
     }
 
     /// Whether a point of a face can be reached from outside.

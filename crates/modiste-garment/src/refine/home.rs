@@ -6,7 +6,8 @@
 use modiste_body::Part;
 use modiste_core::Vec3;
 
-use super::obstacle::{Contact, NO_HINT, Obstacle};
+use super::contact::Contact;
+use super::obstacle::Obstacle;
 
 /// Cloth is worn on skin that is no further from it at rest than this (m).
 const WORN_REACH: f64 = 0.15;
@@ -75,11 +76,11 @@ impl Obstacle {
     }
 
     /// Whether cloth at a point with this contact is in a limb, or behind it, that it is not worn on, and would be left on the
-    /// side away from the skin that it is worn on.
-    pub(crate) fn leads_astray(&self, point: Vec3, contact: &Contact, home: Option<&Home>) -> bool {
+    /// side away from the skin that it is worn on. `hint` is the face of that skin which was nearest when the same point was
+    /// last asked about.
+    pub(crate) fn leads_astray(&self, point: Vec3, contact: &Contact, home: Option<&Home>, hint: &mut u32) -> bool {
         let Some(home) = home.filter(|home| self.is_foreign(contact.face, home)) else { return false };
-        let worn_on =
-            self.nearest_where((point, FURTHEST_HOME), &mut NO_HINT.clone(), |face, _| self.is_home(face, home));
+        let worn_on = self.nearest_where((point, FURTHEST_HOME), hint, |face, _| self.is_home(face, home));
         worn_on.is_some_and(|at| {
             let normal = self.face_normal(at.face);
             normal.dot(contact.normal) > 0.0
@@ -87,16 +88,22 @@ impl Obstacle {
         })
     }
 
-    /// [`Obstacle::way_out`] to the skin that cloth is worn on, if that is near. `hint` becomes the face there.
-    pub(crate) fn way_home(&self, point: Vec3, clearance: f64, hint: &mut u32, home: Option<&Home>) -> Vec3 {
+    /// [`Obstacle::way_out`] to the skin that cloth is worn on, if that is near. `hint` becomes the face there; `own` is that of
+    /// [`Self::leads_astray`].
+    pub(crate) fn way_home(
+        &self,
+        point: Vec3,
+        clearance: f64,
+        [hint, own]: [&mut u32; 2],
+        home: Option<&Home>,
+    ) -> Vec3 {
         let is_near = |way: &Vec3| way.distance_squared(point) < FURTHEST_HOME * FURTHEST_HOME;
-        let mut own = NO_HINT;
         let way = home.and_then(|home| {
-            self.way_out_where((point, FURTHEST_HOME), clearance, &mut own, |face| self.is_home(face, home))
+            self.way_out_where((point, FURTHEST_HOME), clearance, own, |face| self.is_home(face, home))
         });
         match way.filter(is_near) {
             Some(way) => {
-                *hint = own;
+                *hint = *own;
                 way
             }
             None => self.way_out(point, clearance, hint),
@@ -141,17 +148,27 @@ mod tests {
         assert!(contact.distance < 0.0 && contact.normal.x > 0.0, "{contact:?}");
         let face = [[0, 0, 0]];
         let shirt = homes(&[Vec3::new(0.105, 0.0, 0.0)], &face, &[Part::Abdomen])[0];
-        assert!(body.leads_astray(point, &contact, Some(&shirt)));
-        let way = body.way_home(point, 0.0006, &mut NO_HINT.clone(), Some(&shirt));
+        assert!(body.leads_astray(point, &contact, Some(&shirt), &mut NO_HINT.clone()));
+        let way = body.way_home(point, 0.0006, [&mut NO_HINT.clone(), &mut NO_HINT.clone()], Some(&shirt));
         assert!(way.x < 0.104 && way.length() > 0.1 && !body.is_inside(way), "{way}");
         let sleeve = homes(&[Vec3::new(0.535, 0.0, 0.0)], &face, &[Part::LeftForearm])[0];
-        assert!(!body.leads_astray(point, &contact, Some(&sleeve)));
-        assert!(!body.leads_astray(point, &contact, None));
+        assert!(!body.leads_astray(point, &contact, Some(&sleeve), &mut NO_HINT.clone()));
+        assert!(!body.leads_astray(point, &contact, None, &mut NO_HINT.clone()));
         // Behind the arm, too, a shirt is on the wrong side of it; on the near side it is not.
         let behind = Vec3::new(0.166, 0.0, 0.0);
-        assert!(body.leads_astray(behind, &body.touch(behind, 1.0, &mut NO_HINT.clone()).unwrap(), Some(&shirt)));
+        assert!(body.leads_astray(
+            behind,
+            &body.touch(behind, 1.0, &mut NO_HINT.clone()).unwrap(),
+            Some(&shirt),
+            &mut NO_HINT.clone()
+        ));
         let before = Vec3::new(0.106, 0.0, 0.001);
-        assert!(!body.leads_astray(before, &body.touch(before, 1.0, &mut NO_HINT.clone()).unwrap(), Some(&shirt)));
+        assert!(!body.leads_astray(
+            before,
+            &body.touch(before, 1.0, &mut NO_HINT.clone()).unwrap(),
+            Some(&shirt),
+            &mut NO_HINT.clone()
+        ));
         // A hem lies on a raised thigh.
         let hem = homes(&[Vec3::new(0.105, 0.0, 0.0)], &face, &[Part::LeftThigh])[0];
         let leg = homes(&[Vec3::new(0.105, 0.0, 0.0)], &face, &[Part::Pelvis])[0];

@@ -2,6 +2,8 @@
 
 pub mod anchors;
 mod band;
+mod cloud;
+mod contact;
 mod contacts;
 mod cover;
 #[cfg(test)]
@@ -16,6 +18,7 @@ mod home;
 mod lanes;
 mod layers;
 mod nearest;
+mod normals;
 mod obstacle;
 mod paper;
 mod patches;

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use modiste_body::Part;
 use modiste_core::{Adjacency, SurfacePoint, Topology, TriangleBvh, Vec3, corners, triangles_cross};
 
+use super::contact::{Contact, Feature, feature};
 use super::exposure::{Exposure, just_above};
+use super::normals::find_normals;
 
 /// Out of a standing body the way is shortest sideways; along no axis, so that rays seldom meet edges.
 const SIDEWAYS: Vec3 = Vec3::new(0.8137, 0.0731, 0.5767);
 
-/// Barycentric coordinates below this count as zero when the feature of a closest point is told.
-const ON_FEATURE: f64 = 1e-9;
 /// How far beside the boundary of an open surface a point still counts as above or below it (m).
 const BOUNDARY_REACH: f64 = 0.006;
 
@@ -46,54 +46,6 @@ pub struct Obstacle {
 pub(crate) const NONE: u32 = u32::MAX;
 /// A point that was not asked about before.
 pub(crate) const NO_HINT: u32 = NONE;
-
-/// What a surface says about a point near it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Contact {
-    /// Distance from the outside (m), negative inside.
-    pub(crate) distance: f64,
-    /// Unit direction in which the distance grows fastest.
-    pub(crate) normal: Vec3,
-    /// The nearest face.
-    pub(crate) face: u32,
-    /// Whether the surface nearest to the point is buried: the point lies between parts that pass through each other.
-    pub(crate) pinched: bool,
-    /// Where on the face the nearest point is.
-    pub(crate) barycentric: [f64; 3],
-    /// How much further the surface itself is (m), where garments lie on it that count as part of it.
-    pub(crate) raised: f64,
-    /// Whether the sign is beyond doubt, as far as the surface around is concerned (see [`Obstacle::holds`]). Near buried
-    /// surface it is told to the size of a triangle.
-    pub(crate) certain: bool,
-}
-
-impl Contact {
-    /// Where there is none.
-    pub(crate) const NONE: Self = Self {
-        distance: 0.0,
-        normal: Vec3::ZERO,
-        face: 0,
-        barycentric: [0.0; 3],
-        raised: 0.0,
-        pinched: false,
-        certain: false,
-    };
-
-    fn at(at: &SurfacePoint, distance: f64, normal: Vec3) -> Self {
-        let SurfacePoint { face, barycentric, .. } = *at;
-        Self { distance, normal, face, barycentric, raised: 0.0, pinched: false, certain: true }
-    }
-}
-
-/// Where on the mesh a closest point lies.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Feature {
-    Face,
-    /// The edge opposite this corner.
-    Edge(usize),
-    /// This corner.
-    Vertex(usize),
-}
 
 impl Obstacle {
     /// A closed body whose parts may pass through each other, at rest, for garments worn on some of them.
@@ -158,22 +110,11 @@ impl Obstacle {
     pub fn update(&mut self, vertices: &[Vec3]) {
         self.vertices.clear();
         self.vertices.extend_from_slice(vertices);
-        self.vertex_normals.fill(Vec3::ZERO);
-        for (&face, normal) in self.topology.faces().iter().zip(&mut self.face_normals) {
-            let corners = corners(face, vertices);
-            *normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
-            if !self.outward.is_empty() {
-                let outward: Vec3 = face.iter().map(|&vertex| self.outward[vertex as usize]).sum();
-                *normal = if outward.dot(*normal) < 0.0 { -*normal } else { *normal };
-            }
-            for (corner, angle) in angles(corners).into_iter().enumerate() {
-                self.vertex_normals[face[corner] as usize] += angle * *normal;
-            }
-        }
-        for normal in &mut self.vertex_normals {
-            *normal = normal.normalize_or_zero();
-        }
-        self.tree.refit(vertices);
+        let Self { topology, tree, face_normals, vertex_normals, outward, .. } = self;
+        rayon::join(
+            || find_normals(topology, vertices, outward, face_normals, vertex_normals),
+            || tree.refit(vertices),
+        );
         if let Some(mut exposure) = self.exposure.take() {
             exposure.update(self);
             self.exposure = Some(exposure);
@@ -455,43 +396,6 @@ fn opposite(face: [u32; 3], edge: [u32; 2]) -> Option<usize> {
     face.iter().position(|vertex| !edge.contains(vertex))
 }
 
-/// Inner angles of a triangle; all right angles where an edge has no length. They weigh normals, nothing else, so f32 does.
-fn angles([a, b, c]: [Vec3; 3]) -> [f64; 3] {
-    let (ab, bc, ca) = (b - a, c - b, a - c);
-    // A fourth lane fills the register.
-    let squared = [ca.length_squared() as f32, ab.length_squared() as f32, bc.length_squared() as f32, 1.0];
-    let inverse = squared.map(|squared| 1.0 / squared.max(f32::MIN_POSITIVE).sqrt());
-    let products = [ca.dot(ab) as f32, ab.dot(bc) as f32, bc.dot(ca) as f32, 0.0];
-    let cosines = std::array::from_fn(|corner| -products[corner] * inverse[corner] * inverse[(corner + 1) % 3]);
-    let [at_a, at_b, at_c, _] = angles_of_cosines(cosines).map(f64::from);
-    [at_a, at_b, at_c]
-}
-
-/// Arc cosines within 7e-5, several times faster than the exact ones (Abramowitz and Stegun 4.4.45).
-fn angles_of_cosines(cosines: [f32; 4]) -> [f32; 4] {
-    let x = cosines.map(|cosine| cosine.abs().min(1.0));
-    let root = x.map(|x| (1.0 - x).sqrt());
-    let series = x.map(|x| 1.570_728_8 + x * (-0.212_114_4 + x * (0.074_261 - 0.018_729_3 * x)));
-    std::array::from_fn(|lane| {
-        let positive = root[lane] * series[lane];
-        if cosines[lane] < 0.0 { std::f32::consts::PI - positive } else { positive }
-    })
-}
-
-/// Where on a face a point lies.
-pub(crate) fn feature(barycentric: [f64; 3]) -> Feature {
-    let zero = barycentric.map(|value| value < ON_FEATURE);
-    match zero {
-        [false, true, true] => Feature::Vertex(0),
-        [true, false, true] => Feature::Vertex(1),
-        [true, true, false] => Feature::Vertex(2),
-        [true, false, false] => Feature::Edge(0),
-        [false, true, false] => Feature::Edge(1),
-        [false, false, true] => Feature::Edge(2),
-        _ => Feature::Face,
-    }
-}
-
 #[cfg(test)]
 pub(crate) mod tests {
     use super::{NO_HINT, Obstacle};
@@ -500,15 +404,6 @@ pub(crate) mod tests {
     use modiste_core::shapes::{grid, icosphere};
     use modiste_core::{Topology, Vec3, normal, seeded_rng};
     use std::sync::Arc;
-
-    #[test]
-    fn the_fast_arc_cosine_is_close() {
-        for step in 0..=2000 {
-            let x = f64::from(step) / 1000.0 - 1.0;
-            let [found, ..] = super::angles_of_cosines([x as f32; 4]);
-            assert!((f64::from(found) - x.acos()).abs() < 7e-5, "{x}");
-        }
-    }
 
     #[test]
     fn distances_from_a_sphere_are_signed_and_exact_to_its_facets() {

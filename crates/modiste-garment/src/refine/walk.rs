@@ -2,7 +2,8 @@
 
 use modiste_core::{SurfacePoint, Vec3, closest_point_on_triangle, corners};
 
-use super::obstacle::{Feature, NONE, Obstacle, feature};
+use super::contact::{Feature, feature};
+use super::obstacle::{NONE, Obstacle};
 
 /// Faces beyond which a walk is given up; from frame to frame it takes one or two.
 const MOST_STEPS: usize = 64;
