@@ -53,10 +53,10 @@ pub(crate) fn lanes_of_columns(matrix: Mat3) -> [Lanes; 3] {
 }
 
 /// The dot product of two lists of vectors, summed in blocks so that little is lost of many small terms.
-pub(crate) fn dot(a: &[Lanes], b: &[Lanes]) -> f32 {
+pub(crate) fn dot(a: &[Lanes], b: &[Lanes]) -> f64 {
     let block = |(a, b): (&[Lanes], &[Lanes])| {
         let sum = a.iter().zip(b).fold(Lanes::ZERO, |sum, (a, b)| sum.plus(a.by_lane(*b)));
         f64::from(sum.0[0]) + f64::from(sum.0[1]) + f64::from(sum.0[2])
     };
-    a.chunks(64).zip(b.chunks(64)).map(block).sum::<f64>() as f32
+    a.chunks(64).zip(b.chunks(64)).map(block).sum()
 }
