@@ -1,6 +1,7 @@
 //! Mending what pushing vertices out has torn: neighbours that were sent different ways are brought together again.
 
-use modiste_core::{Topology, Vec3};
+use modiste_core::{Edge, Topology, Vec3};
+use rayon::prelude::*;
 
 /// An edge is torn when it is longer than this many times its length as predicted, and by more than [`LEAST_TEAR`].
 const TORN: f64 = 1.6;
@@ -10,12 +11,16 @@ const LEAST_TEAR: f64 = 0.005;
 const RINGS: usize = 3;
 /// Rounds of averaging before the vertices are pushed out again.
 const AVERAGES: usize = 6;
+/// Edges that one thread takes at a time.
+const EDGES_AT_ONCE: usize = 1024;
 
 /// Finds torn edges and evens out the displacements around them. Keeps its memory.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Tears {
     region: Vec<u32>,
     in_region: Vec<bool>,
+    /// Whether any of a run of edges is torn.
+    torn_runs: Vec<bool>,
     displacements: Vec<Vec3>,
     averages: Vec<Vec3>,
 }
@@ -31,7 +36,7 @@ impl Tears {
     pub(crate) fn mend(
         &mut self,
         topology: &Topology,
-        held: impl Fn(u32) -> bool,
+        held: impl Fn(u32) -> bool + Sync,
         predicted: &[Vec3],
         garment: &mut [Vec3],
     ) -> bool {
@@ -62,8 +67,8 @@ impl Tears {
     }
 
     /// The ends of torn edges and the rings around them.
-    fn find(&mut self, topology: &Topology, held: impl Fn(u32) -> bool, predicted: &[Vec3], garment: &[Vec3]) {
-        let Self { region, in_region, .. } = self;
+    fn find(&mut self, topology: &Topology, held: impl Fn(u32) -> bool + Sync, predicted: &[Vec3], garment: &[Vec3]) {
+        let Self { region, in_region, torn_runs, .. } = self;
         in_region.clear();
         in_region.resize(garment.len(), false);
         region.clear();
@@ -72,15 +77,20 @@ impl Tears {
                 region.push(vertex);
             }
         };
-        for edge in topology.edges() {
+        let is_torn = |edge: &Edge| {
             let [a, b] = edge.vertices.map(|vertex| vertex as usize);
             // Nearly all are told without a root.
             let (squared, was) = (garment[a].distance_squared(garment[b]), predicted[a].distance_squared(predicted[b]));
             let may_be = || TORN * was.sqrt() + LEAST_TEAR;
-            let is_torn = squared > TORN * TORN * was && squared > may_be().powi(2);
-            if is_torn && !edge.vertices.iter().any(|&vertex| held(vertex)) {
-                edge.vertices.iter().for_each(|&vertex| add(vertex, region));
-            }
+            let is_long = squared > TORN * TORN * was && squared > may_be().powi(2);
+            is_long && !edge.vertices.iter().any(|&vertex| held(vertex))
+        };
+        let runs = topology.edges().par_chunks(EDGES_AT_ONCE);
+        torn_runs.resize(runs.len(), false);
+        runs.zip(&mut *torn_runs).for_each(|(edges, is_any_torn)| *is_any_torn = edges.iter().any(is_torn));
+        let runs = topology.edges().chunks(EDGES_AT_ONCE).zip(torn_runs).filter(|(_, is_any_torn)| **is_any_torn);
+        for edge in runs.flat_map(|(edges, _)| edges).filter(|edge| is_torn(edge)) {
+            edge.vertices.iter().for_each(|&vertex| add(vertex, region));
         }
         let mut ring = 0;
         for _ in 0..RINGS {
