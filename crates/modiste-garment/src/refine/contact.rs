@@ -23,6 +23,8 @@ pub(crate) struct Contact {
     /// Whether the sign is beyond doubt, as far as the surface around is concerned (see [`Obstacle::holds`]). Near buried
     /// surface it is told to the size of a triangle.
     pub(crate) certain: bool,
+    /// Whether no other part of the surface is nearer: then none holds a point that is outside of this one.
+    pub(crate) nearest: bool,
 }
 
 impl Contact {
@@ -35,11 +37,12 @@ impl Contact {
         raised: 0.0,
         pinched: false,
         certain: false,
+        nearest: false,
     };
 
     pub(crate) fn at(at: &SurfacePoint, distance: f64, normal: Vec3) -> Self {
         let SurfacePoint { face, barycentric, .. } = *at;
-        Self { distance, normal, face, barycentric, raised: 0.0, pinched: false, certain: true }
+        Self { distance, normal, face, barycentric, raised: 0.0, pinched: false, certain: true, nearest: false }
     }
 }
 

@@ -200,7 +200,7 @@ impl Obstacle {
         match exposure.exposed_corners(self, at.face) {
             3 => {
                 let certain = exposure.has_room(self, at.face);
-                self.contact_at(point, &at).map(|contact| Contact { certain, ..contact })
+                self.contact_at(point, &at).map(|contact| Contact { certain, nearest: true, ..contact })
             }
             // Where the nearest of all points is buried, so is what lies between.
             0 => {
@@ -213,12 +213,12 @@ impl Obstacle {
 
     /// Whether a point (m) with this contact is inside the body; never where parts cannot pass through each other. Another
     /// part, such as a finger, may hold the point though nothing faces the surface under it; so a contact that says outside
-    /// is believed only outside the hulls of the parts that are no neighbours.
+    /// is believed only if it is the nearest of all, or outside the hulls of the parts that are no neighbours.
     pub(crate) fn holds(&self, point: Vec3, contact: &Contact) -> bool {
         let Some(exposure) = &self.exposure else { return false };
         if contact.certain {
             let is_under = contact.distance + contact.raised < 0.0;
-            if is_under || !exposure.may_be_in_another(self, point, contact.face) {
+            if is_under || contact.nearest || !exposure.may_be_in_another(self, point, contact.face) {
                 return is_under;
             }
         }
