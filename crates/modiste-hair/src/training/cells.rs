@@ -95,11 +95,12 @@ impl Cell {
         Self { length: 0.0, softness: 0.0, wind: None },
     ];
 
-    /// Long soft hair in the winds of the thesis.
-    pub const WINDS: [Self; 3] = [
+    /// Long soft hair in the winds of the thesis, and in the one from the front.
+    pub const WINDS: [Self; 4] = [
         Self { length: 1.0, softness: 1.0, wind: Some(WindDirection::Ahead) },
         Self { length: 1.0, softness: 1.0, wind: Some(WindDirection::Left) },
         Self { length: 1.0, softness: 1.0, wind: Some(WindDirection::Right) },
+        Self { length: 1.0, softness: 1.0, wind: Some(WindDirection::Back) },
     ];
 
     /// Name in files, such as `l1.0-s0.0` or `l1.0-s1.0+x`.
@@ -239,7 +240,8 @@ mod tests {
         assert!(message(Factors::new(3.0, 0.5), &cells).contains("hair length factor: wanted -0.2 to 1.4, found 3"));
         assert!(message(Factors::new(f64::NAN, 0.5), &cells).contains("found NaN"));
         let back = Factors { wind: [0.5, WindDirection::Back.angle()], ..Factors::default() };
-        assert!(message(back, &cells).contains("between two of +z, +x, -x"));
+        assert!(back.weights(&cells).is_ok());
+        assert!(message(back, &cells[..cells.len() - 1]).contains("between two of +z, +x, -x"));
         let breeze = Factors { wind: [0.5, 0.0], ..Factors::default() };
         assert!(message(breeze, &Cell::STYLES).contains("still air"));
         assert!(message(Factors::new(0.5, 1.0), &Cell::STYLES[..1]).contains("only one"));

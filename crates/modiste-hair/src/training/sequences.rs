@@ -9,10 +9,9 @@ use modiste_io::bvh;
 
 use crate::HairError;
 
-/// Longest stretch of a clip that is used (s).
-const LONGEST: f64 = 12.0;
-/// Length of a made sequence (s).
-const MADE_SECONDS: f64 = 12.0;
+/// Longest stretch of a clip, and length of a made sequence (s), of what is learned from and of what is held out. So there are
+/// about 12,000 frames to learn from, as many as the thesis has.
+const SECONDS: [f64; 2] = [24.0, 12.0];
 /// The neck takes this part of a turn of the head.
 const NECK_SHARE: f64 = 0.4;
 
@@ -110,6 +109,7 @@ pub fn sequences(
     for (held_out, clips, gestures) in
         [(false, &TRAINING_CLIPS[..], &TRAINING_GESTURES[..]), (true, &TEST_CLIPS[..], &TEST_GESTURES[..])]
     {
+        let seconds = SECONDS[usize::from(held_out)];
         for (clip, first) in clips {
             let Some(folder) = mocap else { continue };
             let path = folder.join(format!("{clip}.bvh.gz"));
@@ -118,12 +118,13 @@ pub fn sequences(
                 continue;
             }
             let motion = retarget(&bvh::read(&path)?, body, &RetargetOptions::default(), progress)?;
-            let frame = |seconds: f64| ((seconds * motion.fps).round() as usize).min(motion.frames.len());
-            let motion = motion.slice(frame(*first)..frame(first + LONGEST));
+            let frame = |time: f64| ((time * motion.fps).round() as usize).min(motion.frames.len());
+            let motion = motion.slice(frame(*first)..frame(first + seconds));
             all.push(Sequence { name: (*clip).to_owned(), motion, held_out });
         }
         for (index, gesture) in gestures.iter().enumerate() {
-            let motion = made(body, gesture, seed.wrapping_mul(1009) + 31 * u64::from(held_out) + index as u64)?;
+            let seed = seed.wrapping_mul(1009) + 31 * u64::from(held_out) + index as u64;
+            let motion = made(body, gesture, seconds, seed)?;
             all.push(Sequence { name: gesture.name.to_owned(), motion, held_out });
         }
     }
@@ -131,11 +132,11 @@ pub fn sequences(
 }
 
 /// Somebody who stands or walks and moves the head from turning point to turning point, each reached at rest.
-fn made(body: &Body, gesture: &Gesture, seed: u64) -> Result<Motion, HairError> {
+fn made(body: &Body, gesture: &Gesture, seconds: f64, seed: u64) -> Result<Motion, HairError> {
     let fps = generate::FPS;
-    let count = (MADE_SECONDS * fps) as usize;
+    let count = (seconds * fps) as usize;
     let mut motion = if gesture.walking {
-        generate::walk(body, MADE_SECONDS)?
+        generate::walk(body, seconds)?
     } else {
         Motion { fps, frames: vec![generate::stand(body); count] }
     };
