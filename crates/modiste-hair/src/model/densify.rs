@@ -51,7 +51,7 @@ impl HairModel {
             mean,
             basis,
             std_devs: self.std_devs.clone(),
-            blocks: self.blocks.copied()?,
+            blocks: self.blocks.copied(),
             ridges: self.ridges.clone(),
             seed: self.seed,
         })

@@ -162,8 +162,8 @@ impl HairModel {
         if let Some(vertex) = head.iter().find(|&&vertex| vertex as usize >= tracked) {
             return Err(HairError::data(format!("{name}, vertices of the head"), format!("below {tracked}"), vertex));
         }
-        let d_a = layout.size();
-        let triangle = file.f32("tensor", &[cells * d_a * (cells * d_a + 1) / 2])?;
+        let rows = Blocks::stacked(&layout.shared(), cells);
+        let triangle = file.f32("tensor", &[rows * (rows + 1) / 2])?;
         Ok(Self {
             name: file.attribute("name")?.to_owned(),
             fps: number("fps")?,
@@ -186,7 +186,7 @@ impl HairModel {
             mean,
             basis,
             std_devs: file.f64("hair_std_devs", &[hair])?,
-            blocks: Blocks::from_triangle(triangle, d_a, cells)?,
+            blocks: Blocks::from_triangle(triangle, &layout.shared(), cells)?,
             ridges: ridges(file, name, cells)?,
             seed: file.header().seed,
         })

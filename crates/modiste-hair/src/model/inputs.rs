@@ -1,17 +1,16 @@
 //! What drives the hair: the pose of the bust, and in the fuller model what it did of late.
 
-use modiste_core::Vec3;
+use modiste_core::{Affine3, Quat, Vec3};
 
 use super::bust::BustState;
-use crate::canonical::Frame;
 
 /// Times that means of the past go back (frames): 0.1, 0.3 and 0.9 s.
 const PAST: [f64; 3] = [3.0, 9.0, 27.0];
 /// Bust coefficients whose past is looked at, and those whose products are.
 const REMEMBERED: usize = 6;
 const MULTIPLIED: usize = 4;
-/// Numbers of a move from frame to frame: metres in three directions and an angle.
-const MOVE: usize = 4;
+/// Numbers of a move of the head from frame to frame: metres in three directions and a rotation vector.
+const MOVE: usize = 6;
 /// Which of the means of the past squares have.
 const SQUARES_PAST: f64 = PAST[1];
 
@@ -19,8 +18,9 @@ const SQUARES_PAST: f64 = PAST[1];
 ///
 /// The thesis has the bust coefficients x_t alone (eq. 21 adds the last two moves). A matrix makes of them what is linear in
 /// them, and of the past only what the last two frames of the hair still show of it. The fuller inputs add means of the past
-/// of bust and moves, which need not be kept in the hair; which way is down for the head, and its past; products of the leading bust coefficients, since a head that turns
-/// and nods is no sum of turning and nodding; and squares of the moves, as drag and centrifugal force are.
+/// of the bust and of how the head moves, as a rigid body in its own space, which need not be kept in the hair; which way is
+/// down for the head, and its past; products of the leading bust coefficients, since a head that turns and nods is no sum of
+/// turning and nodding; and squares of the moves, as drag and centrifugal force are.
 #[derive(Debug, Clone)]
 pub struct Inputs {
     plain: bool,
@@ -29,7 +29,8 @@ pub struct Inputs {
 
 #[derive(Debug, Clone)]
 struct Past {
-    frame: Frame,
+    /// The world from the space of the hair.
+    head: Affine3,
     bust: Vec<[f64; PAST.len()]>,
     down: [[f64; PAST.len()]; 3],
     moves: [[f64; PAST.len()]; MOVE],
@@ -58,7 +59,8 @@ impl Inputs {
 
     /// Inputs of the next frame.
     pub fn next(&mut self, state: &BustState) -> Vec<f64> {
-        let (frame, bust) = (state.frame, &state.coefficients);
+        let bust = &state.coefficients;
+        let head = state.world_from_hair();
         let mut inputs = bust.clone();
         if self.plain {
             return inputs;
@@ -67,15 +69,16 @@ impl Inputs {
         // From that of an upright head.
         let down = (state.down() - Vec3::NEG_Y).to_array();
         let past = self.past.get_or_insert_with(|| Past {
-            frame,
+            head,
             bust: remembered.iter().map(|&x| [x; PAST.len()]).collect(),
             down: down.map(|x| [x; PAST.len()]),
             moves: [[0.0; PAST.len()]; MOVE],
             squares: [[0.0; 2]; MOVE],
         });
-        let [x, y, z, sine, cosine] = frame.since(&past.frame);
-        past.frame = frame;
-        let moves = [x, y, z, sine.atan2(cosine)];
+        let way = past.head.inverse() * head;
+        past.head = head;
+        let (way, turn) = (way.translation, Quat::from_mat3(&way.matrix3).to_scaled_axis());
+        let moves: [f64; MOVE] = std::array::from_fn(|i| if i < 3 { way[i] } else { turn[i - 3] });
         let towards = |mean: &mut f64, value: f64, time: f64| {
             let kept = (-1.0 / time).exp();
             *mean = kept * *mean + (1.0 - kept) * value;

@@ -26,7 +26,7 @@ const CHOOSE_EVERY: usize = 6;
 /// Ridges that are tried.
 const INDEPENDENT: [f64; 3] = [1e-4, 1e-3, 1e-2];
 const SHARED: [f64; 4] = [1e-2, 3e-2, 1e-1, 3e-1];
-const INPUTS: [f64; 4] = [1e-3, 1e-2, 5e-2, 2e-1];
+const INPUTS: [f64; 4] = [1e-2, 5e-2, 2e-1, 6e-1];
 /// How far beyond what was seen in training inputs may go.
 const BEYOND: f64 = 1.2;
 /// A style whose largest eigenvalue is above this is not taken.
@@ -45,7 +45,14 @@ pub struct LearnOptions {
 
 impl Default for LearnOptions {
     fn default() -> Self {
-        Self { hair_dimensions: 100, bust_dimensions: 10, plain: false }
+        Self { hair_dimensions: 100, bust_dimensions: 16, plain: false }
+    }
+}
+
+impl LearnOptions {
+    /// The model of the thesis, which has ten coefficients of the bust.
+    pub fn plain() -> Self {
+        Self { bust_dimensions: 10, plain: true, ..Self::default() }
     }
 }
 
@@ -131,7 +138,7 @@ pub fn learn(
         mean: hair.mean,
         std_devs: hair.std_devs,
         bust,
-        blocks: Blocks::from_gram(&kept, cells.len())?,
+        blocks: Blocks::from_gram(&kept, &layout.shared(), cells.len())?,
         ridges: vec![Ridge::NONE; cells.len()],
         seed: folder.recipe().seed,
     };
@@ -141,7 +148,7 @@ pub fn learn(
     for (value, more) in sum.data.iter_mut().zip(&rest.data) {
         *value += more;
     }
-    model.blocks = Blocks::from_gram(&sum, cells.len())?;
+    model.blocks = Blocks::from_gram(&sum, &layout.shared(), cells.len())?;
     take_first_stable(&mut model, &ridges)?;
     progress.finish(STAGE);
     Ok(Learned { energy, frames, sequences: reduced.len(), model })
@@ -239,8 +246,8 @@ fn moves(sequence: &Reduced, t: usize) -> [f64; MOVES] {
 
 /// `D Dᵀ` of the stacked blocks over the frames from the third on of the wanted sequences.
 fn gram(reduced: &[Reduced], layout: Layout, cells: usize, wanted: &dyn Fn(usize) -> bool) -> Matrix {
-    let size = layout.size();
-    let mut sum = Matrix::zeros(cells * size, cells * size);
+    let size = Blocks::stacked(&layout.shared(), cells);
+    let mut sum = Matrix::zeros(size, size);
     let mut rows: Vec<Vec<f64>> = Vec::with_capacity(CHUNK);
     let mut add = |rows: &mut Vec<Vec<f64>>| {
         let chunk = Matrix::from_rows(rows);
@@ -251,11 +258,7 @@ fn gram(reduced: &[Reduced], layout: Layout, cells: usize, wanted: &dyn Fn(usize
     };
     for sequence in reduced.iter().enumerate().filter(|(index, _)| wanted(*index)).map(|(_, sequence)| sequence) {
         for t in (2..sequence.busts.len()).filter(|&t| !sequence.cut[t]) {
-            let mut row = Vec::with_capacity(cells * size);
-            for cell in 0..cells {
-                row.extend(augmented(sequence, cell, t));
-            }
-            rows.push(row);
+            rows.push(stacked(sequence, t));
             if rows.len() == CHUNK {
                 add(&mut rows);
             }
@@ -267,17 +270,14 @@ fn gram(reduced: &[Reduced], layout: Layout, cells: usize, wanted: &dyn Fn(usize
     sum
 }
 
-/// `w_t = [x_t; y_{t−2}; y_{t−1}; z_{t,t−2}; z_{t−1,t−2}; y_t]`.
-fn augmented(sequence: &Reduced, cell: usize, t: usize) -> impl Iterator<Item = f64> {
-    let hair = &sequence.hair[cell];
-    let moves = moves(sequence, t);
-    sequence.inputs[t]
-        .iter()
-        .chain(&hair[t - 2])
-        .chain(&hair[t - 1])
-        .copied()
-        .chain(moves)
-        .chain(hair[t].iter().copied())
+/// `w_t = [x_t; y_{t−2}; y_{t−1}; z_{t,t−2}; z_{t−1,t−2}; y_t]` of all cells: x and z first, which all have in common.
+fn stacked(sequence: &Reduced, t: usize) -> Vec<f64> {
+    let mut row = sequence.inputs[t].clone();
+    row.extend(moves(sequence, t));
+    for hair in &sequence.hair {
+        row.extend(hair[t - 2..=t].iter().flatten());
+    }
+    row
 }
 
 /// For each cell, ridges in the order of how near the model comes to simulated hair with them, running freely through the

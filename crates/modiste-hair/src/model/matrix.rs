@@ -29,6 +29,12 @@ impl Layout {
         self.inputs + 2 * self.hair + MOVES
     }
 
+    /// Which places the hair has no part in: all cells have them in common.
+    pub fn shared(&self) -> Vec<bool> {
+        let moves = self.observed() - MOVES..self.observed();
+        (0..self.size()).map(|place| place < self.inputs || moves.contains(&place)).collect()
+    }
+
     /// First place of `y_{t−2}`.
     pub fn older(&self) -> usize {
         self.inputs

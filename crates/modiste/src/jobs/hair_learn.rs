@@ -96,7 +96,8 @@ impl HairLearn {
         let folder = TrainingFolder::open(&self.training, recipe)?;
         folder.simulate(&body, &grooms, &sequences, reporter)?;
         let names: Vec<String> = sequences.iter().map(|sequence| sequence.name.clone()).collect();
-        let options = LearnOptions { hair_dimensions: self.dimensions, plain: self.plain, ..LearnOptions::default() };
+        let options = if self.plain { LearnOptions::plain() } else { LearnOptions::default() };
+        let options = LearnOptions { hair_dimensions: self.dimensions, ..options };
         let learned = learn(&folder, &names, &body, &grooms[0].roots, &options, reporter)?;
         let model = &learned.model;
         model.save(&self.out, &self.provenance(&assets, &names)?)?;

@@ -73,7 +73,7 @@ pub(super) fn errors() -> Result<Page> {
     let names: Vec<String> = scene.sequences.iter().map(|sequence| sequence.name.clone()).collect();
     let found = evaluate(&scene.model, &folder, &names, &Silent)?;
     let dimensions = scene.model.layout().hair;
-    let options = LearnOptions { hair_dimensions: dimensions, plain: true, ..LearnOptions::default() };
+    let options = LearnOptions { hair_dimensions: dimensions, ..LearnOptions::plain() };
     let plain = learn(&folder, &names, &scene.body, scene.model.roots(), &options, &Silent)?.model;
     let plainly = evaluate(&plain, &folder, &names, &Silent)?;
     page.paragraph(format!(
