@@ -33,6 +33,8 @@ pub struct Bust {
 const ARM_REACH: f64 = 0.10;
 /// How far below cloth hair can come (m): what is further behind is on its other side, past a hem or a sleeve.
 pub(crate) const CLOTH_DEPTH: f64 = 0.03;
+/// Places of a surface whose distances from a point differ by less than this (m) are as near.
+const AS_NEAR: f64 = 1e-5;
 /// Where a point of the surface is asked whether it can be seen from outside (m above it).
 const JUST_OUTSIDE: f64 = 1e-4;
 
@@ -209,9 +211,20 @@ impl Surface {
         Some((vertex, normal.normalize_or_zero()))
     }
 
-    /// Whether a point is behind a sheet, by no more than it can be.
+    /// Whether a point is behind a sheet, by no more than it can be. Where cloth is bunched up, a point can be before one fold
+    /// and as far behind another: that counts as behind, or the rounding of a stored frame would decide.
     pub(crate) fn is_behind(&self, p: Vec3) -> bool {
-        self.contact(p, self.deepest, None).is_some_and(|contact| contact.distance < 0.0)
+        let Some(contact) = self.contact(p, self.deepest, None) else { return false };
+        let seen_from_behind = |face: u32, _| {
+            let [a, b, c] = corners(self.topology.faces()[face as usize], &self.x);
+            (b - a).cross(c - a).dot(p - a) < 0.0
+        };
+        let as_near = contact.at.distance + AS_NEAR;
+        contact.distance < 0.0
+            || self
+                .tree
+                .closest_point_where(&self.x, p, as_near, None, seen_from_behind)
+                .is_some_and(|at| signed_distance(&self.topology, &self.x, p, &at) < 0.0)
     }
 
     /// Whether a face may be crossed by others, so that distances to it say little of the next place.

@@ -28,7 +28,7 @@ const AROUND: f64 = 0.05;
 ///
 /// A point that is told outside has been found outside by the winding number of the skin, whole or not at all (see `cells`),
 /// and before every piece of cloth. One that finds no way out in a few rounds, in a fold of an armpit say, goes to the point
-/// before it on its strand, which is outside.
+/// before it on its strand, which is outside, or to just above its root.
 #[derive(Debug, Clone, Default)]
 pub struct Finish {
     skin: Cells,
@@ -128,7 +128,8 @@ impl Pass<'_> {
             }
             let (end, asked) = self.way_out(start, &mut left[index], nearest);
             report.asked += usize::from(asked);
-            let point = end.or(last).unwrap_or(start);
+            let above_root = || self.out_of_skin(strand[0], self.cells.standing(strand[0], GAP), &mut left[0]);
+            let point = end.or(last).or_else(above_root).unwrap_or(start);
             report.lost += usize::from(end.is_none());
             report.moved += usize::from(point != start);
             strand[index] = point;
@@ -156,8 +157,11 @@ impl Pass<'_> {
                     (p, moved) = (free, true);
                 }
             }
-            if !moved {
+            if !moved && p == start {
                 return (Some(p), asked);
+            }
+            if !moved {
+                break;
             }
             standing = self.cells.standing(p, GAP);
             if self.sheets.is_empty() && matches!(standing, Standing::Clear) {
