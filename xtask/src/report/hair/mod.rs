@@ -4,6 +4,7 @@
 //! `training/hair/long-<guides>`.
 
 mod collision;
+mod errors;
 
 use std::sync::Arc;
 
@@ -12,35 +13,31 @@ use modiste::{BenchHair, Event, Gender, HairStyle, Job, Outcome, run};
 use modiste_body::{Body, ScapeModel};
 use modiste_core::{Silent, Vec3};
 use modiste_hair::collision::{Penetration, penetration_exact};
-use modiste_hair::model::{HairModel, LearnOptions, learn};
+use modiste_hair::model::HairModel;
 use modiste_hair::training::{Factors, Recipe, Sequence, TrainingFolder, sequences};
-use modiste_hair::{Bust, POINTS, WornHair, evaluate};
+use modiste_hair::{Bust, POINTS, WornHair};
 
 use super::page::{Page, rounded};
-use super::plot::{Series, lines};
 use crate::assets::{body_file, hair_file, hair_folder};
 use crate::shell::workspace_root;
 pub(super) use collision::collision;
+pub(super) use errors::errors;
 
-/// Table 6.1, main set: mean error on the held-out sequences (cm), and λ_max.
-const THESIS_ERRORS: [(&str, f64); 7] = [
-    ("l1.0-s1.0", 2.93),
-    ("l1.0-s0.0", 1.57),
-    ("l0.0-s1.0", 1.22),
-    ("l0.0-s0.0", 0.78),
-    ("l1.0-s1.0+z", 4.27),
-    ("l1.0-s1.0+x", 4.47),
-    ("l1.0-s1.0-x", 4.21),
-];
 /// Frames of the long run.
 const LONG_RUN: usize = 10_000;
-/// Intervals of the grid of figure 6.4.
-const GRID: usize = 10;
 
 struct Scene {
     body: Body,
     model: Arc<HairModel>,
     sequences: Vec<Sequence>,
+}
+
+impl Scene {
+    /// Frames that are learned from, or those that are held out.
+    fn frames(&self, held_out: bool) -> usize {
+        let wanted = self.sequences.iter().filter(|sequence| sequence.held_out == held_out);
+        wanted.map(|sequence| sequence.motion.frames.len()).sum()
+    }
 }
 
 fn scene() -> Result<Scene> {
@@ -63,74 +60,6 @@ fn training_set(scene: &Scene) -> Result<TrainingFolder> {
     }
     let recipe: Recipe = modiste_io::json::read(root.join("manifest.json"))?;
     Ok(TrainingFolder::open(root, recipe)?)
-}
-
-/// Table 6.1 and figure 6.4.
-pub(super) fn errors() -> Result<Page> {
-    let mut page = Page::new("Error and stability (table 6.1, figure 6.4)");
-    let scene = scene()?;
-    let folder = training_set(&scene)?;
-    let names: Vec<String> = scene.sequences.iter().map(|sequence| sequence.name.clone()).collect();
-    let found = evaluate(&scene.model, &folder, &names, &Silent)?;
-    let dimensions = scene.model.layout().hair;
-    let options = LearnOptions { hair_dimensions: dimensions, ..LearnOptions::plain() };
-    let plain = learn(&folder, &names, &scene.body, scene.model.roots(), &options, &Silent)?.model;
-    let plainly = evaluate(&plain, &folder, &names, &Silent)?;
-    page.paragraph(format!(
-        "Mean distance of guide points from our simulation (cm), the model running freely from the bust alone, without \
-         collision handling; {} guides, {dimensions} coefficients. Plain is the model of the thesis alone, learned from the same \
-         simulation with as many coefficients: hair in a space that turns with the heading, driven by the bust coefficients. \
-         Ours takes hair in the space of the head, and means of the past, products and squares as further inputs. Hair that \
-         keeps its mean shape is the error of no model at all.",
-        scene.model.guide_count(),
-    ));
-    let rows = found.iter().zip(&plainly).map(|(error, plain)| {
-        let thesis = THESIS_ERRORS.iter().find(|(cell, _)| *cell == error.cell).map_or(f64::NAN, |(_, cm)| *cm);
-        let numbers = [
-            error.training_cm,
-            error.test_cm,
-            plain.training_cm,
-            plain.test_cm,
-            error.projection_cm,
-            error.still_cm,
-            thesis,
-        ];
-        std::iter::once(error.cell.clone()).chain(numbers.map(rounded)).collect::<Vec<_>>()
-    });
-    let header = [
-        "hair",
-        "learned from",
-        "held out",
-        "plain, learned from",
-        "plain, held out",
-        "components alone",
-        "mean shape",
-        "thesis, held out",
-    ];
-    page.table(&header, rows);
-    for error in &found {
-        if let Some((_, limit)) = THESIS_ERRORS.iter().find(|(cell, _)| *cell == error.cell) {
-            page.at_most(&format!("error of {} held out", error.cell), error.test_cm, *limit, "cm");
-        }
-    }
-    page.figures("errors", &found)?;
-    page.figures("errors_plain", &plainly)?;
-    let grid = scene.model.stability(GRID)?;
-    let largest = grid.iter().map(|(_, _, lambda)| *lambda).fold(0.0, f64::max);
-    page.claim("λ_max over length and softness", "below 1".to_owned(), format!("{largest:.4}"), largest < 1.0);
-    page.figures("lambda", &grid)?;
-    let plainly = plain.stability(GRID)?.iter().map(|(_, _, lambda)| *lambda).fold(0.0, f64::max);
-    page.paragraph(format!("The plain model's λ_max over the same grid is {plainly:.4}."));
-    let series: Vec<Series> = [0.0, 0.5, 1.0]
-        .into_iter()
-        .map(|softness| {
-            let row = grid.iter().filter(|(_, s, _)| (s - softness).abs() < 1e-9).map(|&(length, _, l)| (length, l));
-            Series::new(format!("softness {softness}"), row.collect())
-        })
-        .filter(|series| !series.points.is_empty())
-        .collect();
-    page.plot("hair-lambda", "λ_max against length", lines(["length factor", "λ_max"], &series, Some(1.0))?);
-    Ok(page)
 }
 
 /// Table 6.2, and a long run.
