@@ -182,9 +182,7 @@ impl Surface {
     /// A point whose nearest is on the rim (a collar, the cut through the waist) looks past the surface and is outside.
     pub fn contact(&self, p: Vec3, reach: f64, likely: Option<u32>) -> Option<Contact> {
         let at = self.tree.closest_point_near(&self.x, p, reach, likely)?;
-        let face = self.topology.faces()[at.face as usize];
-        let past = (0..3).all(|i| at.barycentric[i] <= 0.0 || self.rim[face[i] as usize])
-            && at.barycentric.iter().any(|&part| part <= 0.0);
+        let past = self.is_on_rim(&at);
         let distance = if past { at.distance } else { signed_distance(&self.topology, &self.x, p, &at) };
         let distance = if distance < -self.deepest { at.distance } else { distance };
         if self.may_be_crossed(at.face) {
@@ -211,8 +209,8 @@ impl Surface {
         Some((vertex, normal.normalize_or_zero()))
     }
 
-    /// Whether a point is behind a sheet, by no more than it can be. Where cloth is bunched up, a point can be before one fold
-    /// and as far behind another: that counts as behind, or the rounding of a stored frame would decide.
+    /// Whether a point is behind a sheet, by no more than it can be. A point in the cloth, and where cloth is bunched up one
+    /// that is before one fold and as far behind another, counts as behind, or the rounding of a stored frame would decide.
     pub(crate) fn is_behind(&self, p: Vec3) -> bool {
         let Some(contact) = self.contact(p, self.deepest, None) else { return false };
         let seen_from_behind = |face: u32, _| {
@@ -220,11 +218,17 @@ impl Surface {
             (b - a).cross(c - a).dot(p - a) < 0.0
         };
         let as_near = contact.at.distance + AS_NEAR;
-        contact.distance < 0.0
+        contact.distance < AS_NEAR
             || self
                 .tree
                 .closest_point_where(&self.x, p, as_near, None, seen_from_behind)
-                .is_some_and(|at| signed_distance(&self.topology, &self.x, p, &at) < 0.0)
+                .is_some_and(|at| !self.is_on_rim(&at) && signed_distance(&self.topology, &self.x, p, &at) < 0.0)
+    }
+
+    fn is_on_rim(&self, at: &SurfacePoint) -> bool {
+        let face = self.topology.faces()[at.face as usize];
+        (0..3).all(|i| at.barycentric[i] <= 0.0 || self.rim[face[i] as usize])
+            && at.barycentric.iter().any(|&part| part <= 0.0)
     }
 
     /// Whether a face may be crossed by others, so that distances to it say little of the next place.

@@ -286,4 +286,32 @@ mod tests {
             assert!(at.distance > GAP - 1e-6, "point {index}: {}", at.distance);
         }
     }
+
+    #[test]
+    fn between_folds_without_room_no_point_is_before_one_and_as_far_behind_the_other() {
+        // Two sheets that face each other 1 mm apart, in one mesh; a point between them is before both, beyond them behind one.
+        let corner = |x: f64, y: f64, z: f64| Vec3::new(x, y, z);
+        let x: Vec<Vec3> = [0.0, 0.001]
+            .into_iter()
+            .flat_map(|x| [corner(x, 0.0, 0.0), corner(x, 0.1, 0.0), corner(x, 0.1, 0.1), corner(x, 0.0, 0.1)])
+            .collect();
+        let faces = vec![[0, 1, 2], [0, 2, 3], [4, 6, 5], [4, 7, 6]];
+        let cloth = Surface::sheet(&Arc::new(Topology::new(8, faces).unwrap()), x);
+        let ball = icosphere(2);
+        let skin = Surface::new(&ball.topology, ball.vertices.iter().map(|v| 0.02 * *v - Vec3::X).collect());
+        let mut rng = seeded_rng(6);
+        let mut points: Vec<Vec3> = (0..30 * POINTS)
+            .map(|index| {
+                let spread = if index % POINTS < 2 { 0.2 } else { 0.002 * normal(&mut rng) };
+                Vec3::new(0.0005 + spread, 0.05 + 0.01 * normal(&mut rng), 0.05 + 0.01 * normal(&mut rng))
+            })
+            .collect();
+        Finish::new().apply(&mut points, &skin, &[&cloth]);
+        for (index, p) in points.iter().enumerate() {
+            for off in [Vec3::X, Vec3::NEG_X].map(|way| 1e-6 * way) {
+                let contact = cloth.contact(*p + off, 0.03, None);
+                assert!(contact.is_none_or(|contact| contact.distance >= 0.0), "point {index}: {p}");
+            }
+        }
+    }
 }

@@ -83,12 +83,18 @@ pub(super) fn times() -> Result<Page> {
             row.physics_ms / row.total_ms_p50,
             100.0 * row.inside,
             row.deepest_mm,
+            100.0 * row.behind,
+            row.deepest_behind_mm,
         ];
-        [row.guides.to_string(), row.threads.to_string()].into_iter().chain(numbers.map(rounded)).collect::<Vec<_>>()
+        [row.guides.to_string(), row.threads.to_string(), row.garments.clone()]
+            .into_iter()
+            .chain(numbers.map(rounded))
+            .collect::<Vec<_>>()
     });
     let header = [
         "guides",
         "threads",
+        "worn",
         "synthesis (ms)",
         "collision (ms)",
         "points (ms)",
@@ -98,13 +104,21 @@ pub(super) fn times() -> Result<Page> {
         "times faster",
         "inside (%)",
         "deepest (mm)",
+        "behind clothing (%)",
+        "deepest behind (mm)",
     ];
     page.table(&header, rows);
     for row in found.rows.iter().filter(|row| row.threads == 2) {
+        let worn = if row.garments.is_empty() { String::new() } else { format!(" over {}", row.garments) };
+        let what = |what: &str| format!("{what}, {} guides{worn}", row.guides);
+        if !row.garments.is_empty() {
+            page.at_most(&what("points behind clothing"), 100.0 * row.behind, 0.05, "%");
+            page.at_most(&what("deepest point behind clothing"), row.deepest_behind_mm, 1.0, "mm");
+            continue;
+        }
         if row.guides == 3980 {
             page.at_most("frame of 3,980 guides on two cores", row.total_ms_p50, 8.0, "ms");
         }
-        let what = |what: &str| format!("{what}, {} guides", row.guides);
         page.at_least(&what("times faster than our physics"), row.physics_ms / row.total_ms_p50, 25.0, "");
         page.at_most(&what("points inside by exact test"), 100.0 * row.inside, 0.05, "%");
         page.at_most(&what("deepest point inside"), row.deepest_mm, 1.0, "mm");
@@ -115,8 +129,10 @@ pub(super) fn times() -> Result<Page> {
         "Pictures, drawn by `modiste hair animate` and made smaller: \
          [length from 0 to 1.35](slider-length.png) (`--length 0..1.35`), \
          [softness from 0 to 1](slider-softness.png) (`--softness 0..1`), \
-         [wind to the left](slider-wind.png) (`--wind 1,+x`), and \
-         [lengths mixed by region](mixed-lengths.png) (`--mix front=0,back=1,sides=0.5`), as in figure 6.6.",
+         [wind to the left](slider-wind.png) (`--wind 1,+x`), [wind from the front](wind-front.png) (`--wind 1,-z`), and \
+         [lengths mixed by region](mixed-lengths.png) (`--mix front=0,back=1,sides=0.5`), as in figure 6.6. The styles, walking: \
+         [short](style-short.png), [bob](style-bob.png), [long](style-long.png), and [swept back](style-swept.png), which is \
+         stiff (`--softness 0`): soft, its sides fall into the face.",
     );
     Ok(page)
 }

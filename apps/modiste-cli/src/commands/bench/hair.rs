@@ -23,6 +23,9 @@ pub(crate) struct BenchHairArguments {
     /// Frames that count.
     #[arg(long, value_name = "NUMBER", default_value_t = 120, value_parser = count)]
     frames: usize,
+    /// Garments that are worn in rows of their own, from the inside out; `none` for the bare body alone.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "pants,longsleeve")]
+    garments: Vec<String>,
     /// Print a list of rows as JSON.
     #[arg(long)]
     pub(crate) json: bool,
@@ -35,13 +38,14 @@ impl BenchHairArguments {
             guides: self.guides.clone(),
             threads: self.threads.clone(),
             frames: self.frames,
+            garments: if self.garments == ["none"] { Vec::new() } else { self.garments.clone() },
         }
     }
 }
 
 pub(crate) fn text(benched: &BenchedHair) -> String {
     let mut text = format!(
-        "{}, ms a frame (median)\n{:>7}{:>9}{:>11}{:>11}{:>9}{:>8}{:>8}{:>9}{:>10}",
+        "{}, ms a frame (median)\n{:>7}{:>9}{:>11}{:>11}{:>9}{:>8}{:>8}{:>9}{:>10}{:>10}  worn",
         benched.machine.processor,
         "guides",
         "threads",
@@ -51,12 +55,13 @@ pub(crate) fn text(benched: &BenchedHair) -> String {
         "total",
         "95 %",
         "physics",
-        "inside"
+        "inside",
+        "behind"
     );
     for row in &benched.rows {
         let _always_ok = write!(
             text,
-            "\n{:>7}{:>9}{:>11.2}{:>11.2}{:>9.2}{:>8.2}{:>8.2}{:>9.1}{:>9.3}%",
+            "\n{:>7}{:>9}{:>11.2}{:>11.2}{:>9.2}{:>8.2}{:>8.2}{:>9.1}{:>9.3}%{:>9.3}%  {}",
             row.guides,
             row.threads,
             row.synthesis_ms,
@@ -65,7 +70,9 @@ pub(crate) fn text(benched: &BenchedHair) -> String {
             row.total_ms_p50,
             row.total_ms_p95,
             row.physics_ms,
-            100.0 * row.inside
+            100.0 * row.inside,
+            100.0 * row.behind,
+            if row.garments.is_empty() { "nothing" } else { &row.garments }
         );
     }
     text
