@@ -127,15 +127,21 @@ fn rows(page: &mut Page, measured: &[Measured]) -> Result<()> {
                 && set.rows.iter().all(|(cell, _)| found.errors.iter().any(|error| error.cell == *cell))
         };
         let found = measured.iter().find(holds).unwrap_or(&measured[0]);
+        let guides = found.scene.model.guide_count();
         let lambda = largest(&found.scene.model, set.wind)?;
-        page.claim(&format!("λ_max, {} set", set.name), "below 1".to_owned(), format!("{lambda:.4}"), lambda < 1.0);
+        page.claim(
+            &format!("λ_max, {} set, {guides} guides", set.name),
+            "below 1".to_owned(),
+            format!("{lambda:.4}"),
+            lambda < 1.0,
+        );
         for (cell, [learned, held_out]) in set.rows {
             let Some(error) = found.errors.iter().find(|error| error.cell == *cell) else { continue };
             let number = |value: f64| if value.is_nan() { String::new() } else { rounded(value) };
             table.push([
                 set.name.to_owned(),
                 (*cell).to_owned(),
-                found.scene.model.guide_count().to_string(),
+                guides.to_string(),
                 rounded(error.training_cm),
                 rounded(error.test_cm),
                 format!("{lambda:.4}"),
@@ -144,7 +150,12 @@ fn rows(page: &mut Page, measured: &[Measured]) -> Result<()> {
                 set.lambda.map_or(String::new(), |lambda| lambda.to_string()),
             ]);
             if !held_out.is_nan() {
-                page.at_most(&format!("error of {cell} held out, {} set", set.name), error.test_cm, *held_out, "cm");
+                page.at_most(
+                    &format!("error of {cell} held out, {} set, {guides} guides", set.name),
+                    error.test_cm,
+                    *held_out,
+                    "cm",
+                );
             }
         }
     }
