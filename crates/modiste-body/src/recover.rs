@@ -128,9 +128,11 @@ impl<'a> PoseFinder<'a> {
     pub fn find(&self, vertices: &[Vec3], start: Option<&Pose>) -> Result<RecoveredPose, BodyError> {
         check_count(vertices, self.body.rest_vertices().len())?;
         let mut posed = self.body.rest_vertices().to_vec();
+        let mut free = posed.clone();
         let (mut world, mut root) = match start {
             Some(pose) => {
                 self.body.pose(pose, &mut posed);
+                self.body.pose_without_contact(pose, &mut free);
                 (pose.world_quaternions(), pose.root_translation)
             }
             None => ([Quat::IDENTITY; Part::COUNT], self.body.template_pose().root_translation),
@@ -138,8 +140,10 @@ impl<'a> PoseFinder<'a> {
         for round in 0..MOST_ROUNDS {
             // Parts move far at first; from then on only what is missing counts.
             let reach = if round == 0 && start.is_none() { 1.0 } else { REACH };
-            let moved = self.turn(&posed, vertices, reach, &mut world, &mut root);
-            self.body.pose(&Pose::from_world_rotations(root, &world), &mut posed);
+            let moved = self.turn((&free, &posed), vertices, reach, &mut world, &mut root);
+            let pose = Pose::from_world_rotations(root, &world);
+            self.body.pose(&pose, &mut posed);
+            self.body.pose_without_contact(&pose, &mut free);
             if moved < SETTLED {
                 break;
             }
@@ -149,10 +153,11 @@ impl<'a> PoseFinder<'a> {
         Ok(RecoveredPose { pose: Pose::from_world_rotations(root, &world), rms })
     }
 
-    /// Turns every part, shifts the pelvis, and says how far the farthest went (rad or m).
+    /// Turns every part, shifts the pelvis, and says how far the farthest went (rad or m). Skin that gave way to other skin
+    /// tells nothing of where its part is: where the posed body is not as its model alone has it.
     fn turn(
         &self,
-        posed: &[Vec3],
+        (free, posed): (&[Vec3], &[Vec3]),
         wanted: &[Vec3],
         reach: f64,
         world: &mut [Quat; Part::COUNT],
@@ -162,12 +167,14 @@ impl<'a> PoseFinder<'a> {
         let mut turns = [Quat::IDENTITY; Part::COUNT];
         for part in Part::ALL {
             let own = &self.part_vertices[part.index()];
+            let untouched: Vec<usize> = own.iter().copied().filter(|&v| free[v] == posed[v]).collect();
+            let own = if untouched.len() < 3 { own } else { &untouched };
             let of = |points: &[Vec3]| own.iter().map(|&v| points[v]).collect::<Vec<Vec3>>();
             let turn = if own.len() < 3 {
                 // A part without vertices goes with its parent.
                 part.parent().map_or(Quat::IDENTITY, |parent| turns[parent.index()])
             } else {
-                let (from, to) = (of(posed), of(wanted));
+                let (from, to) = (of(free), of(wanted));
                 let (rotation, shift) = align_rigid(&from, &to);
                 if part == Part::Pelvis {
                     let step = rotation * *root + shift - *root;

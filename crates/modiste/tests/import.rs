@@ -219,7 +219,8 @@ fn poses_near(a: &Motion, b: &Motion) {
     for (a, b) in a.frames.iter().zip(&b.frames) {
         assert!(a.root_translation.distance(b.root_translation) < 2e-5);
         for (a, b) in a.world_quaternions().iter().zip(b.world_quaternions()) {
-            assert!(a.angle_between(b) < 2e-4, "{}", a.angle_between(b));
+            // Skin that touches other skin is left out, so that little of an upper arm tells of its turn.
+            assert!(a.angle_between(b) < 4e-4, "{}", a.angle_between(b));
         }
     }
 }

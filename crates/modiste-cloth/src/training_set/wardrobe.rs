@@ -306,7 +306,7 @@ mod tests {
     fn the_longest_sound_run_is_kept_with_its_poses_and_its_part_of_the_lead_in() {
         let mut run = simulation(100);
         assert_eq!(run.soundest().unwrap().frames.len(), 100);
-        run.stretch[90] = 0.1;
+        run.stretch[90] = 0.15;
         let kept = run.soundest().unwrap();
         assert_eq!((kept.frames.len(), kept.lead_in), (85, LEAD_IN_FRAMES), "not those just before either");
         run.inside[9] = 1;
