@@ -174,8 +174,7 @@ impl<'a> PoseFinder<'a> {
                 // A part without vertices goes with its parent.
                 part.parent().map_or(Quat::IDENTITY, |parent| turns[parent.index()])
             } else {
-                let (from, to) = (of(free), of(wanted));
-                let (rotation, shift) = align_rigid(&from, &to);
+                let (rotation, shift) = align_rigid(&of(free), &of(wanted));
                 if part == Part::Pelvis {
                     let step = rotation * *root + shift - *root;
                     moved = moved.max(step.length());

@@ -199,7 +199,8 @@ impl Truth {
             assert_eq!(theirs.frames.len(), FRAMES);
             poses_near(&theirs.motion, &mine.motion);
             near(&theirs.frames.concat(), &mine.frames.concat(), "frames");
-            near(&theirs.body_anchors.concat(), &mine.body_anchors.concat(), "anchors of a motion");
+            // Where skin touches skin, a hair's breadth in the pose decides whether it gives way.
+            nearer_than(1e-4, &theirs.body_anchors.concat(), &mine.body_anchors.concat(), "anchors of a motion");
         }
         found
     }
@@ -210,17 +211,20 @@ fn flat(frames: &[Vec<Vec3>]) -> Vec<[f32; 3]> {
 }
 
 fn near(a: &[Vec3], b: &[Vec3], what: &str) {
+    nearer_than(2e-5, a, b, what);
+}
+
+fn nearer_than(most: f64, a: &[Vec3], b: &[Vec3], what: &str) {
     assert_eq!(a.len(), b.len(), "{what}");
     let off = a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
-    assert!(off < 2e-5, "{what}: {off} m");
+    assert!(off < most, "{what}: {off} m");
 }
 
 fn poses_near(a: &Motion, b: &Motion) {
     for (a, b) in a.frames.iter().zip(&b.frames) {
         assert!(a.root_translation.distance(b.root_translation) < 2e-5);
         for (a, b) in a.world_quaternions().iter().zip(b.world_quaternions()) {
-            // Skin that touches other skin is left out, so that little of an upper arm tells of its turn.
-            assert!(a.angle_between(b) < 4e-4, "{}", a.angle_between(b));
+            assert!(a.angle_between(b) < 2e-4, "{}", a.angle_between(b));
         }
     }
 }

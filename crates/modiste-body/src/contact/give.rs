@@ -18,7 +18,7 @@ const MOST_AT_ONCE: f64 = 0.012;
 #[derive(Debug, Clone, Default)]
 pub(super) struct Giving {
     touches: Vec<Touch>,
-    /// Vertices that touch or lie around such, each once; those of the innermost rings first.
+    /// Vertices that touch or lie around such, each once.
     active: Vec<u32>,
     is_active: Vec<bool>,
     /// Where everything was before anything gave way (m).
@@ -46,14 +46,14 @@ impl Giving {
     pub(super) fn take(&mut self, touches: impl Iterator<Item = Touch>, topology: &Topology, most: &[f64]) {
         self.touches.clear();
         self.touches.extend(touches);
+        let mut first = self.active.len();
         for touch in &self.touches {
             if !std::mem::replace(&mut self.is_active[touch.vertex as usize], true) {
                 self.active.push(touch.vertex);
             }
         }
-        let mut done = 0;
         for _ in 0..RINGS {
-            for index in std::mem::replace(&mut done, self.active.len())..self.active.len() {
+            for index in std::mem::replace(&mut first, self.active.len())..self.active.len() {
                 for &next in topology.neighbours(self.active[index] as usize) {
                     if most[next as usize] > 0.0 && !std::mem::replace(&mut self.is_active[next as usize], true) {
                         self.active.push(next);
