@@ -21,6 +21,7 @@ pub(super) struct Giving {
     /// Vertices that touch or lie around such, each once.
     active: Vec<u32>,
     is_active: Vec<bool>,
+    is_listed: Vec<bool>,
     /// Where everything was before anything gave way (m).
     start: Vec<Vec3>,
     /// How far each vertex has been moved (m), zero but for the active ones, and a smoothed copy of those.
@@ -39,6 +40,7 @@ impl Giving {
         self.start.clear();
         self.start.extend_from_slice(x);
         self.is_active.resize(x.len(), false);
+        self.is_listed.resize(x.len(), false);
         self.moved.resize(x.len(), Vec3::ZERO);
     }
 
@@ -63,9 +65,17 @@ impl Giving {
         }
     }
 
-    /// The vertices that may have moved.
-    pub(super) fn active(&self) -> &[u32] {
-        &self.active
+    /// Writes the vertices that touch and those beside them, each once: no others are likely to touch next.
+    pub(super) fn beside(&mut self, topology: &Topology, most: &[f64], out: &mut Vec<u32>) {
+        out.clear();
+        for touch in &self.touches {
+            for &vertex in std::iter::once(&touch.vertex).chain(topology.neighbours(touch.vertex as usize)) {
+                if most[vertex as usize] > 0.0 && !std::mem::replace(&mut self.is_listed[vertex as usize], true) {
+                    out.push(vertex);
+                }
+            }
+        }
+        out.iter().for_each(|&vertex| self.is_listed[vertex as usize] = false);
     }
 
     /// The least room (m) between two skins: negative where one is inside the other, infinite where nothing touches.

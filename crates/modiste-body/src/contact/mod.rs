@@ -18,9 +18,12 @@ use give::Giving;
 /// Room (m) that is left between two surfaces: for two layers of cloth and the thickness that each keeps from skin.
 const GAP: f64 = 0.006;
 
+/// How far (m) a part reaches beyond its vertices: the gap, and what lies between them and those of its neighbours.
+const AROUND: f64 = 0.015;
+
 /// How often the skins that meet are looked for at most, and how often they give way to each other before they are looked for
 /// anew.
-const SEARCHES: usize = 6;
+const SEARCHES: usize = 8;
 const STEPS: usize = 4;
 
 /// Room (m) between skins that is enough for no more to be asked for.
@@ -37,8 +40,8 @@ const MOST_SUNK: f64 = 0.4;
 pub(crate) struct SkinContact {
     /// Tree over all faces but those of bony parts, made in the template pose.
     tree: TriangleBvh,
-    /// Vertices that can meet skin and give way.
-    soft: Vec<u32>,
+    /// Vertices of each part that can meet the skin of another and give way.
+    soft: [Vec<u32>; Part::COUNT],
     /// How far each vertex may be moved (m); 0 where it is bone.
     most: Vec<f64>,
     /// Thickness of the body under each vertex (m), in the template pose.
@@ -49,6 +52,7 @@ pub(crate) struct SkinContact {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ContactScratch {
     tree: Option<TriangleBvh>,
+    near: Vec<u32>,
     seen: Vec<Option<Touch>>,
     giving: Giving,
 }
@@ -62,10 +66,11 @@ impl SkinContact {
             (0..template.len()).map(|v| surface.thickness(template[v], normals[v]).unwrap_or(0.0)).collect();
         let is_soft =
             |v: usize| !is_bony(vertex_parts[v]) && surface.facing(template[v], normals[v], FOLDED_AT_REST).is_none();
-        let soft: Vec<u32> = (0u32..).take(template.len()).filter(|&v| is_soft(v as usize)).collect();
+        let mut soft: [Vec<u32>; Part::COUNT] = Default::default();
         let mut most = vec![0.0; template.len()];
-        for &v in &soft {
-            most[v as usize] = MOST_SUNK * thickness[v as usize];
+        for v in (0..template.len()).filter(|&v| is_soft(v)) {
+            soft[vertex_parts[v].index()].push(v as u32);
+            most[v] = MOST_SUNK * thickness[v];
         }
         let faces: Vec<u32> =
             (0u32..).zip(face_parts).filter(|(_, part)| !is_bony(**part)).map(|(face, _)| face).collect();
@@ -80,8 +85,12 @@ impl SkinContact {
         for search in 0..SEARCHES {
             tree.refit(x);
             let surface = Surface { topology, tree, x };
-            let vertices = if search == 0 { &self.soft[..] } else { giving.active() };
-            surface.touches(vertices, rest, &self.thickness, &mut scratch.seen);
+            if search == 0 {
+                self.near_other_parts(x, &mut scratch.near);
+            } else {
+                giving.beside(topology, &self.most, &mut scratch.near);
+            }
+            surface.touches(&scratch.near, rest, &self.thickness, &mut scratch.seen);
             giving.take(scratch.seen.iter().flatten().copied(), topology, &self.most);
             if giving.least_room(x) >= ENOUGH {
                 return;
@@ -89,6 +98,26 @@ impl SkinContact {
             for _ in 0..STEPS {
                 giving.step(topology, &self.most, x);
             }
+        }
+    }
+
+    /// The vertices that lie in the box of another part than their own, or nearly so: no others can touch it.
+    fn near_other_parts(&self, x: &[Vec3], near: &mut Vec<u32>) {
+        near.clear();
+        let boxes = self.soft.each_ref().map(|vertices| {
+            let nothing = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            let (low, high) =
+                vertices.iter().map(|&v| x[v as usize]).fold(nothing, |(low, high), p| (low.min(p), high.max(p)));
+            (low - AROUND, high + AROUND)
+        });
+        for (part, vertices) in self.soft.iter().enumerate() {
+            let (bottom, top) = boxes[part];
+            let meets = boxes.each_ref().map(|(low, high)| low.cmple(top).all() && high.cmpge(bottom).all());
+            near.extend(vertices.iter().copied().filter(|&v| {
+                let p = x[v as usize];
+                let holds = |other: usize| boxes[other].0.cmple(p).all() && boxes[other].1.cmpge(p).all();
+                (0..Part::COUNT).any(|other| other != part && meets[other] && holds(other))
+            }));
         }
     }
 }
