@@ -62,6 +62,11 @@ impl CollisionGroups {
         self.allowed[vertex] |= 1 << limb(part);
     }
 
+    /// Whether a vertex lies on the limb of `part`.
+    pub fn lies_on(&self, vertex: usize, part: Part) -> bool {
+        self.home[vertex] & 1 << limb(part) != 0
+    }
+
     /// Whether a vertex lies on the twin of the limb of `part`, and not on the trunk that joins them.
     pub fn is_of_twin(&self, vertex: usize, part: Part) -> bool {
         let twin = match limb(part) {

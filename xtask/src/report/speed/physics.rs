@@ -16,7 +16,7 @@ use crate::assets::{GARMENTS, body_file};
 use crate::report::page::{Page, rounded};
 
 /// Length of the walk that is simulated (s).
-const SECONDS: f64 = 1.0;
+const SECONDS: f64 = 2.0;
 
 /// What a frame of one garment took.
 #[derive(Debug, Serialize)]
