@@ -1,6 +1,7 @@
 //! `cargo xtask report`: what the project claims, measured, as tables, plots and figures.
 
 mod cloth;
+mod contact;
 mod fit;
 mod garment_shape;
 mod garments;
@@ -146,9 +147,10 @@ const PENETRATION: [Section; 2] = [
     Section { name: "flicker", measure: Measure::Whole(penetration::flicker::measure) },
 ];
 
-const MAIN: [Section; 8] = [
+const MAIN: [Section; 9] = [
     Section { name: "population", measure: Measure::Whole(population::measure) },
     Section { name: "scape", measure: Measure::Whole(scape::measure) },
+    Section { name: "contact", measure: Measure::Whole(contact::measure) },
     Section { name: "make", measure: Measure::Whole(make::measure) },
     Section { name: "physics", measure: Measure::Whole(physics::measure) },
     Section { name: "shape", measure: Measure::Whole(garment_shape::measure) },

@@ -235,7 +235,8 @@ fn groups(tailor: &Tailor, body: &Mannequin, positions: &[Vec3]) -> CollisionGro
         }
         // A thigh that is lifted carries the hem of a shirt; the skin of the groin gives way to both.
         if groups.lies_on(vertex, Part::Pelvis) {
-            [Part::LeftThigh, Part::RightThigh].map(|thigh| groups.press(vertex, thigh));
+            groups.press(vertex, Part::LeftThigh);
+            groups.press(vertex, Part::RightThigh);
         }
     }
     groups
