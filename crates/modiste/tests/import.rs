@@ -200,7 +200,7 @@ impl Truth {
             poses_near(&theirs.motion, &mine.motion);
             near(&theirs.frames.concat(), &mine.frames.concat(), "frames");
             // Where skin touches skin, a hair's breadth in the pose decides whether it gives way.
-            nearer_than(5e-4, &theirs.body_anchors.concat(), &mine.body_anchors.concat(), "anchors of a motion");
+            nearer_than(1e-3, &theirs.body_anchors.concat(), &mine.body_anchors.concat(), "anchors of a motion");
         }
         found
     }
