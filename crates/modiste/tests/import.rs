@@ -199,8 +199,7 @@ impl Truth {
             assert_eq!(theirs.frames.len(), FRAMES);
             poses_near(&theirs.motion, &mine.motion);
             near(&theirs.frames.concat(), &mine.frames.concat(), "frames");
-            // Where skin touches skin, a hair's breadth in the pose decides whether it gives way.
-            nearer_than(1e-3, &theirs.body_anchors.concat(), &mine.body_anchors.concat(), "anchors of a motion");
+            near(&theirs.body_anchors.concat(), &mine.body_anchors.concat(), "anchors of a motion");
         }
         found
     }
@@ -211,13 +210,9 @@ fn flat(frames: &[Vec<Vec3>]) -> Vec<[f32; 3]> {
 }
 
 fn near(a: &[Vec3], b: &[Vec3], what: &str) {
-    nearer_than(2e-5, a, b, what);
-}
-
-fn nearer_than(most: f64, a: &[Vec3], b: &[Vec3], what: &str) {
     assert_eq!(a.len(), b.len(), "{what}");
     let off = a.iter().zip(b).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
-    assert!(off < most, "{what}: {off} m");
+    assert!(off < 2e-5, "{what}: {off} m");
 }
 
 fn poses_near(a: &Motion, b: &Motion) {

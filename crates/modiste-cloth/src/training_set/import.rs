@@ -40,6 +40,9 @@ pub struct ImportedMotion {
     pub motion: Motion,
     /// Garment vertices in world (m), one list per frame.
     pub frames: Vec<Vec<Vec3>>,
+    /// Where the body had [`Importer::anchor_vertices`] (m), one list per frame; without it they are posed. Where skin touches
+    /// skin a pose found from vertices does not bring these back to the last tenth of a millimetre.
+    pub body_anchors: Option<Vec<Vec<Vec3>>>,
 }
 
 /// Fills the folder of a training set from sequences of one mesh that another program simulated.
@@ -103,6 +106,11 @@ impl Importer {
         &self.body
     }
 
+    /// The vertices of the body that the garment's anchors follow.
+    pub fn anchor_vertices(&self) -> impl Iterator<Item = u32> {
+        self.anchors.iter().map(|&[_, vertex]| vertex)
+    }
+
     /// Hash of what a sequence is made from: the garment and the bytes of its files.
     pub fn inputs(&self, files: &[u8]) -> String {
         let mut bytes: Vec<u8> = self.manifest().hashes.values().flat_map(|hash| hash.bytes()).collect();
@@ -127,8 +135,9 @@ impl Importer {
         inputs: String,
         progress: &dyn Progress,
     ) -> Result<(), TrainingError> {
-        let ImportedMotion { name, motion, frames } = imported;
-        if motion.frames.is_empty() || motion.frames.len() != frames.len() {
+        let ImportedMotion { name, motion, frames, body_anchors } = imported;
+        let told = body_anchors.as_ref().map_or(frames.len(), Vec::len);
+        if motion.frames.is_empty() || motion.frames.len() != frames.len() || told != frames.len() {
             return Err(TrainingError::NoFrames(name));
         }
         let mut simulation = Simulation {
@@ -150,7 +159,11 @@ impl Importer {
                 worst = (share, frame);
             }
             simulation.inside.push(inside);
-            simulation.body_anchors.push(self.anchors.iter().map(|&[_, vertex]| posed[vertex as usize]).collect());
+            let anchors = match &body_anchors {
+                Some(told) => told[frame].clone(),
+                None => self.anchor_vertices().map(|vertex| posed[vertex as usize]).collect(),
+            };
+            simulation.body_anchors.push(anchors);
         }
         if worst.0 > WARN_INSIDE {
             let percent = 100.0 * worst.0;

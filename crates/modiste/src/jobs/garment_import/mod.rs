@@ -245,7 +245,8 @@ impl GarmentImport {
                 .map(|frame| Ok(taken(&opened.cloth(frame, found.place)?, sources)))
                 .collect::<Result<Vec<_>, JobError>>()?;
             let name = files.pair.name.clone();
-            importer.add_motion(ImportedMotion { name, motion, frames }, inputs, reporter)?;
+            let body_anchors = opened.body_vertices(&importer.anchor_vertices().collect::<Vec<_>>(), found.place)?;
+            importer.add_motion(ImportedMotion { name, motion, frames, body_anchors }, inputs, reporter)?;
             Ok::<(), JobError>(())
         })?;
         reporter.finish(&stage);

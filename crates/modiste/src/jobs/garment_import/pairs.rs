@@ -168,4 +168,11 @@ impl Opened {
     pub(super) fn cloth(&self, frame: usize, place: Frame) -> Result<Vec<Vec3>, JobError> {
         Ok(place.all(self.garment.frame(frame)?))
     }
+
+    /// Some vertices of the body (m), one list per frame; none where the body is a motion.
+    pub(super) fn body_vertices(&self, vertices: &[u32], place: Frame) -> Result<Option<Vec<Vec<Vec3>>>, JobError> {
+        let OpenedBody::Meshes(body) = &self.body else { return Ok(None) };
+        let frame = |frame| Ok(super::taken(&place.all(body.frame(frame)?), vertices));
+        (0..body.frame_count()).map(frame).collect::<Result<_, JobError>>().map(Some)
+    }
 }
