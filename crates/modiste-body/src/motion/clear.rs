@@ -15,8 +15,8 @@ use super::floor::place_on_floor;
 use super::leg::Side;
 use crate::{Body, Motion, Part, Pose, rotation_vector};
 
-/// Gap (m) between limbs and body: they may touch. What room cloth needs between them, their skin leaves.
-pub const DEFAULT_GAP: f64 = 0.0;
+/// Gap (m) between limbs and body: room for what is worn on both.
+pub const DEFAULT_GAP: f64 = 0.012;
 
 /// How far (m) from a limb the body is looked for.
 const SEARCH: f64 = 0.12;

@@ -25,6 +25,8 @@ pub(crate) struct Contact {
     pub(crate) certain: bool,
     /// Whether no other part of the surface is nearer: then none holds a point that is outside of this one.
     pub(crate) nearest: bool,
+    /// How far away from it there is room (m), where the way leads to the skin that the point is worn on.
+    pub(crate) room: f64,
 }
 
 impl Contact {
@@ -38,11 +40,12 @@ impl Contact {
         pinched: false,
         certain: false,
         nearest: false,
+        room: f64::INFINITY,
     };
 
     pub(crate) fn at(at: &SurfacePoint, distance: f64, normal: Vec3) -> Self {
         let SurfacePoint { face, barycentric, .. } = *at;
-        Self { distance, normal, face, barycentric, raised: 0.0, pinched: false, certain: true, nearest: false }
+        Self { distance, normal, face, barycentric, certain: true, ..Self::NONE }
     }
 }
 

@@ -44,6 +44,13 @@ impl Contacts {
         self.as_slice().iter().fold(f64::INFINITY, |least, contact| least.min(contact.distance))
     }
 
+    /// The least distance (m) from a surface itself; infinite without contacts. Up to the middle between two limbs it is nobody's.
+    pub(crate) fn depth(&self) -> f64 {
+        let from_surface =
+            |contact: &Contact| contact.distance + if contact.room.is_finite() { contact.raised } else { 0.0 };
+        self.as_slice().iter().map(from_surface).fold(f64::INFINITY, f64::min)
+    }
+
     /// The contact with one surface.
     pub(crate) fn of(&self, owner: u8) -> Option<&Contact> {
         self.owners[..self.count]
@@ -99,7 +106,10 @@ impl Site {
     };
 
     /// Finds the contacts of the vertex where it is now. Garments are looked for within `reach` (m), bodies anywhere.
-    pub(crate) fn look(&mut self, grounds: &[Ground<'_>], at: Vec3, reach: f64) {
+    ///
+    /// Skin of another limb that faces the skin the vertex is worn on, its `home`, counts from the middle between the two: the
+    /// other half of the room is for what is worn on that limb.
+    pub(crate) fn look(&mut self, grounds: &[Ground<'_>], at: Vec3, reach: f64, home: Option<&Home>) {
         // A contact with the body that is known is the first.
         let first = usize::from(self.bare && !self.stale);
         self.contacts.count = self.contacts.count.min(first);
@@ -108,7 +118,12 @@ impl Site {
                 continue;
             }
             let reach = if ground.obstacle.crosses_itself() { f64::INFINITY } else { reach };
-            if let Some(contact) = ground.touch(at, reach, hint) {
+            if let Some(mut contact) = ground.touch(at, reach, hint) {
+                if index == 0
+                    && let Some(home) = home
+                {
+                    ground.leave_half(at, &mut contact, home, &mut self.home_hint);
+                }
                 self.contacts.push(index, contact);
             }
         }
@@ -124,6 +139,8 @@ impl Site {
             *exit = if body.obstacle.is_inside(raised) { *exit } else { raised };
         }
         if let Some(contact) = self.contacts.items[..self.contacts.count].first_mut() {
+            // The middle between two limbs is moved by what lies on one.
+            self.stale |= contact.room.is_finite();
             body.raise(contact);
             self.slack = self.slack.min(contact.distance);
         }
@@ -153,14 +170,21 @@ impl Site {
     }
 
     /// Moves a vertex that is nearer than `least` (m) by itself, out of all surfaces and of the body in any case.
-    pub(crate) fn settle(&mut self, grounds: &[Ground<'_>], at: &mut Vec3, least: f64, reach: f64, rounds: usize) {
+    pub(crate) fn settle(
+        &mut self,
+        grounds: &[Ground<'_>],
+        at: &mut Vec3,
+        (least, reach): (f64, f64),
+        rounds: usize,
+        home: Option<&Home>,
+    ) {
         if let Some(exit) = self.exit {
             *at = exit;
             (self.stale, self.settled) = (false, true);
             return;
         }
         if self.stale || self.bare {
-            self.look(grounds, *at, reach);
+            self.look(grounds, *at, reach, home);
         }
         if self.settled {
             return;
@@ -171,7 +195,7 @@ impl Site {
             }
             *at += least_step(self.contacts.as_slice(), 2.0 * least);
             self.stale = true;
-            self.look(grounds, *at, reach);
+            self.look(grounds, *at, reach, home);
         }
         let mut moved = false;
         for index in 0..self.contacts.count {
@@ -184,7 +208,7 @@ impl Site {
         }
         if moved {
             self.stale = true;
-            self.look(grounds, *at, reach);
+            self.look(grounds, *at, reach, home);
         }
         self.settled = true;
     }
@@ -198,7 +222,8 @@ fn may_touch_garments(contacts: &Contacts, grounds: &[Ground<'_>]) -> bool {
 /// The distance that a vertex is to keep from a contact (m): less than the clearance between two walls that are close.
 pub(crate) fn wanted_distance(contact: &Contact, contacts: &[Contact], clearance: f64) -> f64 {
     let facing = contacts.iter().filter(|other| other.normal.dot(contact.normal) < OPPOSITE);
-    let room = facing.map(|other| 0.5 * (contact.distance + other.distance)).fold(clearance, f64::min);
+    let most = clearance.min(0.5 * contact.room);
+    let room = facing.map(|other| 0.5 * (contact.distance + other.distance)).fold(most, f64::min);
     room.max(0.0)
 }
 

@@ -112,6 +112,13 @@ impl Ground<'_> {
         Some(contact)
     }
 
+    /// The contact of a point with the surface around a face; see [`Obstacle::contact_around`].
+    pub(crate) fn touch_around(&self, point: Vec3, face: u32) -> Option<Contact> {
+        let mut contact = self.obstacle.contact_around(point, face)?;
+        self.raise(&mut contact);
+        Some(contact)
+    }
+
     /// Raises the surface in a contact that was found without the garments on it.
     pub(crate) fn raise(&self, contact: &mut Contact) {
         if let Some(cover) = self.cover {

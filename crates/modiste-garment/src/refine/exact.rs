@@ -15,7 +15,7 @@ use super::folds::Folds;
 use super::home::Home;
 use super::obstacle::Obstacle;
 use super::paper::PaperOptions;
-use super::shows::{Lift, Lifts, SHOW_CLEARANCE, find_lifts};
+use super::shows::{Lift, Lifts, SHOW_CLEARANCE, Show, find_lifts};
 use super::tears::Tears;
 use super::warp::{Pull, Push, Stiffness, Warp, WarpOptions};
 
@@ -302,23 +302,28 @@ impl ExactPush {
 
     /// Finds the contacts of all vertices that have moved.
     fn look(&mut self, grounds: &[Ground<'_>], garment: &[Vec3]) {
-        let reach = self.options.reach;
-        let sites = self.sites.par_iter_mut().zip(garment).with_min_len(VERTICES_AT_ONCE);
-        sites.filter(|(site, _)| site.stale || site.bare).for_each(|(site, &at)| site.look(grounds, at, reach));
+        let (reach, homes) = (self.options.reach, &self.homes);
+        let sites = self.sites.par_iter_mut().zip(garment).enumerate().with_min_len(VERTICES_AT_ONCE);
+        sites
+            .filter(|(_, (site, _))| site.stale || site.bare)
+            .for_each(|(vertex, (site, &at))| site.look(grounds, at, reach, homes.get(vertex)));
     }
 
     /// Moves by itself every vertex that is still too near.
     fn settle(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
         let ExactOptions { least, reach, final_rounds, .. } = self.options;
-        let sites = self.sites.par_iter_mut().zip(garment).with_min_len(VERTICES_AT_ONCE);
-        sites.for_each(|(site, at)| site.settle(grounds, at, least, reach, final_rounds));
+        let homes = &self.homes;
+        let sites = self.sites.par_iter_mut().zip(garment).enumerate().with_min_len(VERTICES_AT_ONCE);
+        sites.for_each(|(vertex, (site, at))| {
+            site.settle(grounds, at, (least, reach), final_rounds, homes.get(vertex));
+        });
     }
 
     /// Number of vertices inside and the depth of the deepest (m). Those with a way out are not asked about: where parts of the
     /// body are in each other, one part says inside of what lies outside at its rim.
     fn inside(&self) -> (usize, f64) {
         let free = self.sites.iter().filter(|site| site.exit.is_none());
-        let inside = free.map(|site| site.contacts.least()).filter(|&least| least < 0.0);
+        let inside = free.map(|site| site.contacts.depth()).filter(|&least| least < 0.0);
         (inside.clone().count(), -inside.fold(0.0, f64::min))
     }
 
@@ -374,7 +379,7 @@ impl ExactPush {
     /// Pushes for cloth that body vertices show through: each triangle is lifted off the body vertices above it. Returns
     /// whether there are any.
     fn collect_shows(&mut self, grounds: &[Ground<'_>], garment: &[Vec3]) -> bool {
-        find_lifts(&self.topology, &mut self.sites, grounds, garment, &mut self.lifts);
+        find_lifts(&self.topology, &mut self.sites, grounds, (garment, Show::Vertices), &mut self.lifts);
         for &Lift { face, normal, height } in self.lifts.iter() {
             let gap = height + SHOW_CLEARANCE;
             self.pushes.extend(face.map(|vertex| Push { vertex, normal, gap, weight: self.options.weight }));
@@ -470,7 +475,7 @@ impl ExactPush {
 
     /// Lifts by themselves the triangles that body vertices still show through.
     fn lift_single_faces(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) {
-        find_lifts(&self.topology, &mut self.sites, grounds, garment, &mut self.lifts);
+        find_lifts(&self.topology, &mut self.sites, grounds, (garment, Show::Ridges), &mut self.lifts);
         for &Lift { face, normal, height } in self.lifts.iter() {
             for vertex in face {
                 garment[vertex as usize] += (height + 0.5 * SHOW_CLEARANCE) * normal;

@@ -7,12 +7,20 @@ use modiste_body::Part;
 use modiste_core::Vec3;
 
 use super::contact::Contact;
+use super::cover::Ground;
 use super::obstacle::Obstacle;
 
 /// Cloth is worn on skin that is no further from it at rest than this (m).
 const WORN_REACH: f64 = 0.15;
 /// Cloth that would have to go further than this (m) to the skin that it is worn on takes the nearest way out instead.
 const FURTHEST_HOME: f64 = 0.12;
+
+/// Between limbs that are further apart than this (m) cloth hangs as it likes.
+const HALF_REACH: f64 = 0.012;
+/// Skin that is no further from cloth at rest than this (m) is beside what it is worn on, in the crotch or under the arm.
+const BESIDE: f64 = 0.04;
+/// Product of the normals of skin that faces other skin.
+const FACING: f64 = -0.3;
 
 /// Where skin begins to be seen from (m above it).
 const JUST_ABOVE: f64 = 1e-4;
@@ -62,6 +70,27 @@ pub(crate) fn homes(rest: &[Vec3], faces: &[[u32; 3]], face_parts: &[Part]) -> V
     homes
 }
 
+impl Ground<'_> {
+    /// Lets skin of another limb, as a point is in contact with it, begin at the middle between it and the skin that the
+    /// cloth is worn on, with what lies on that, where the two face each other closely. `hint` is that of
+    /// [`Obstacle::leads_astray`].
+    pub(crate) fn leave_half(&self, point: Vec3, contact: &mut Contact, home: &Home, hint: &mut u32) {
+        let body = self.obstacle;
+        if contact.pinched || contact.distance > HALF_REACH || !body.is_across(contact.face, home) {
+            return;
+        }
+        let is_own = |face: u32, _| !body.is_across(face, home);
+        let Some(own) = body.nearest_where((point, 2.0 * HALF_REACH), hint, is_own) else { return };
+        let own_distance = own.distance - self.height_of(own.face);
+        if body.face_normal(own.face).dot(contact.normal) < FACING && contact.distance < own_distance {
+            let half = 0.5 * (contact.distance + own_distance);
+            contact.room = half;
+            contact.raised += half;
+            contact.distance -= half;
+        }
+    }
+}
+
 impl Obstacle {
     /// Whether cloth is worn on a face, by where it is at rest.
     fn is_home(&self, face: u32, home: &Home) -> bool {
@@ -73,6 +102,14 @@ impl Obstacle {
     pub(crate) fn is_foreign(&self, face: u32, home: &Home) -> bool {
         let corner = self.topology().faces()[face as usize][0];
         self.at_rest(corner).is_some_and(|(_, part)| home.limb.is_foreign(Limb::of(part))) && !self.is_home(face, home)
+    }
+
+    /// Whether a face is of another limb than the cloth is worn on, and not beside it at rest.
+    pub(crate) fn is_across(&self, face: u32, home: &Home) -> bool {
+        let corner = self.topology().faces()[face as usize][0];
+        self.at_rest(corner).is_some_and(|(at, part)| {
+            home.limb.is_foreign(Limb::of(part)) && at.distance_squared(home.at) > BESIDE * BESIDE
+        })
     }
 
     /// Whether cloth at a point with this contact is in a limb, or behind it, that it is not worn on, and would be left on the
@@ -114,6 +151,7 @@ impl Obstacle {
 #[cfg(test)]
 mod tests {
     use super::homes;
+    use crate::refine::cover::Ground;
     use crate::refine::obstacle::{NO_HINT, Obstacle};
     use modiste_body::Part;
     use modiste_core::shapes::icosphere;
@@ -169,6 +207,20 @@ mod tests {
             Some(&shirt),
             &mut NO_HINT.clone()
         ));
+        // Between the two each has half of the room, 4 mm.
+        let ground = Ground { obstacle: &body, cover: None };
+        let close = Vec3::new(0.103, 0.0, 0.001);
+        let contact = body.touch(close, 1.0, &mut NO_HINT.clone()).unwrap();
+        let mut halved = contact;
+        ground.leave_half(close, &mut halved, &shirt, &mut NO_HINT.clone());
+        assert!(
+            (halved.room - 0.002).abs() < 2e-4 && halved.distance + halved.raised == contact.distance,
+            "{halved:?}"
+        );
+        assert!((halved.distance + 0.001).abs() < 3e-4 && halved.normal.x < -0.9, "{halved:?}");
+        let mut own = contact;
+        ground.leave_half(close, &mut own, &sleeve, &mut NO_HINT.clone());
+        assert_eq!(own, contact);
         // A hem lies on a raised thigh.
         let hem = homes(&[Vec3::new(0.105, 0.0, 0.0)], &face, &[Part::LeftThigh])[0];
         let leg = homes(&[Vec3::new(0.105, 0.0, 0.0)], &face, &[Part::Pelvis])[0];

@@ -230,6 +230,12 @@ impl Obstacle {
         (from != NONE).then(|| self.walk(point, from))
     }
 
+    /// The contact of a point with the surface around a face, where that is not buried.
+    pub(crate) fn contact_around(&self, point: Vec3, face: u32) -> Option<Contact> {
+        let at = self.walk(point, face);
+        if self.has_exposed_corner(at.face) { self.contact_at(point, &at) } else { None }
+    }
+
     /// Whether this is a body, whose parts may pass through each other.
     pub(crate) fn crosses_itself(&self) -> bool {
         self.exposure.is_some()

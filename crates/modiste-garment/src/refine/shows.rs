@@ -10,12 +10,18 @@ use super::cover::Ground;
 const SHOW_REACH: f64 = 0.012;
 /// Product of the normals at two corners of a triangle below which the surface is curved there.
 const CURVED: f64 = 0.97;
+/// Product of the direction away from a surface with the outer normal of cloth below which the surface is on its outer side.
+const FROM_OUTSIDE: f64 = -0.3;
 /// Depth below the cloth that vertices are sent to (m).
 pub(crate) const SHOW_CLEARANCE: f64 = 0.001;
+/// Ridges lower than this above the cloth (m) are left: a fifth of what the guarantee allows.
+const LEAST: f64 = 1e-4;
+/// Where triangles over a ridge are sounded: shares of the corners.
+const SOUNDED: [[f64; 3]; 4] = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0]];
 /// Faces that one thread takes at a time.
 const FACES_AT_ONCE: usize = 256;
 
-/// A triangle of cloth, its normal, and how far (m) the highest vertex of a surface is above it.
+/// A triangle of cloth, the side it is pressed to, and how far (m) a vertex of a surface is past it at most.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Lift {
     pub(crate) face: [u32; 3],
@@ -23,12 +29,21 @@ pub(crate) struct Lift {
     pub(crate) height: f64,
 }
 
-/// The triangles of cloth that vertices of surfaces below are above, of those with a corner that has moved since the last time.
+/// What is looked for above the triangles of cloth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Show {
+    /// Vertices, above triangles with a corner that has moved since the last time.
+    Vertices,
+    /// Those, and ridges that pass through any triangle between their vertices.
+    Ridges,
+}
+
+/// The triangles of cloth that something of the surfaces below is above.
 pub(crate) fn find_lifts(
     topology: &Topology,
     sites: &mut [Site],
     grounds: &[Ground<'_>],
-    garment: &[Vec3],
+    (garment, show): (&[Vec3], Show),
     lifts: &mut Lifts,
 ) {
     let known: &[Site] = sites;
@@ -37,8 +52,8 @@ pub(crate) fn find_lifts(
     lifts.of_runs.resize_with(runs.len(), Vec::new);
     runs.zip(&mut lifts.of_runs).for_each(|(faces, lifts)| {
         lifts.clear();
-        let new = faces.iter().filter(|face| is_new(face));
-        lifts.extend(new.filter_map(|face| lift(*face, known, grounds, garment)));
+        let asked = faces.iter().filter(|face| show == Show::Ridges || is_new(face));
+        lifts.extend(asked.filter_map(|face| lift(*face, known, grounds, (garment, show))));
     });
     sites.iter_mut().for_each(|site| site.fresh = false);
 }
@@ -58,7 +73,7 @@ impl Lifts {
 
 /// The vertices tried are those of the nearest faces of the corners, and where the surface is curved there, or ends under the
 /// triangle as a waist band does, those around them.
-fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], garment: &[Vec3]) -> Option<Lift> {
+fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], (garment, show): (&[Vec3], Show)) -> Option<Lift> {
     let contacts = face.map(|vertex| sites[vertex as usize].contacts.nearest());
     let [Some(a), Some(b), Some(c)] = contacts else { return None };
     let nearest = [a, b, c];
@@ -74,10 +89,9 @@ fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], garment: &[Vec3]
     {
         return None;
     }
-    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
+    let outer = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
     let looks_around = ends || turn < CURVED;
-    let level = normal.dot(corners[0]);
-    let mut height: f64 = 0.0;
+    let (mut height, mut way): (f64, Vec3) = (0.0, Vec3::ZERO);
     for (index, (owner, contact)) in nearest.into_iter().enumerate() {
         // Corners often have the same nearest face.
         if nearest[..index].iter().any(|other| (other.0, other.1.face) == (owner, contact.face)) {
@@ -85,6 +99,9 @@ fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], garment: &[Vec3]
         }
         let ground = &grounds[owner];
         let obstacle = ground.obstacle;
+        // What presses on cloth from outside, as a hand does on the hip, is to stay there.
+        let normal = if contact.normal.dot(outer) < FROM_OUTSIDE { -outer } else { outer };
+        let level = normal.dot(corners[0]);
         // Most are below, or no higher than one that was found, which is told first.
         let mut try_vertex = |vertex: u32| {
             let bare = normal.dot(obstacle.vertices()[vertex as usize]) - level;
@@ -95,9 +112,9 @@ fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], garment: &[Vec3]
             let above = normal.dot(point - corners[0]);
             if above > height
                 && obstacle.vertex_normals()[vertex as usize].dot(normal) > 0.2
-                && is_over(corners, normal, point)
+                && is_over(corners, outer, point)
             {
-                height = above;
+                (height, way) = (above, normal);
             }
         };
         if looks_around {
@@ -106,8 +123,19 @@ fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], garment: &[Vec3]
             obstacle.topology().faces()[contact.face as usize].into_iter().for_each(&mut try_vertex);
         }
     }
+    if show == Show::Ridges && turn < CURVED && height == 0.0 {
+        for shares in SOUNDED {
+            let point = shares[0] * corners[0] + shares[1] * corners[1] + shares[2] * corners[2];
+            let beside = nearest.iter().zip(shares).filter(|(_, share)| *share > 0.0);
+            let around = beside.filter_map(|((owner, contact), _)| grounds[*owner].touch_around(point, contact.face));
+            let found = around.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
+            if let Some(found) = found.filter(|found| -found.distance > height.max(LEAST)) {
+                (height, way) = (-found.distance, found.normal);
+            }
+        }
+    }
     // Centimetres above the cloth are no show-through, but another limb.
-    (height > 0.0 && height < SHOW_REACH).then_some(Lift { face, normal, height })
+    (height > 0.0 && height < SHOW_REACH).then_some(Lift { face, normal: way, height })
 }
 
 /// Whether a surface whose normals at the corners of a triangle have a product of `turn` may bulge through it, when it is
