@@ -9,12 +9,12 @@ use super::{Below, Cover, ExactOptions, Fit, FitOptions, Obstacle};
 use crate::check::{Checker, FrameCheck};
 
 /// Fits a garment over a body, and over a garment below where there is one; with so many rounds of the last stage.
-fn fitted(body: &Mesh, inner: Option<&Mesh>, garment: &Mesh, crossing_rounds: usize) -> Mesh {
+fn fitted(body: &Mesh, inner: Option<&Mesh>, garment: &Mesh, rounds: usize) -> Mesh {
     let obstacle = Obstacle::single(body.topology.clone(), &body.vertices);
     let below = inner.map(|inner| Obstacle::garment(inner.topology.clone(), &inner.vertices, 0.0015));
     let all = [Some(&obstacle), below.as_ref()].into_iter().flatten();
     let below: Vec<Below<'_>> = all.map(|obstacle| Below { obstacle, members: &[] }).collect();
-    let exact = Some(ExactOptions { crossing_rounds, ..ExactOptions::default() });
+    let exact = Some(ExactOptions { fold_rounds: rounds, crossing_rounds: rounds, ..ExactOptions::default() });
     let mut fit = Fit::new(&garment.topology, &[], FitOptions { exact, ..FitOptions::default() });
     let mut vertices = garment.vertices.clone();
     fit.approach(&obstacle, &vertices);

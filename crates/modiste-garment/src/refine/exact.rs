@@ -34,8 +34,10 @@ pub struct ExactOptions {
     pub rounds: usize,
     /// Most steps of a single vertex, for what smooth pushing leaves.
     pub final_rounds: usize,
-    /// Most rounds of smoothly moving triangles that cross a surface, or each other; 0 does not look for them. One round takes as
-    /// long as all the rest.
+    /// Most rounds of drawing out folds that have gone through each other; 0 does not look for them.
+    pub fold_rounds: usize,
+    /// Most rounds of smoothly moving triangles that cross a surface; 0 does not look for them. One round takes as long as all
+    /// the rest.
     pub crossing_rounds: usize,
     /// Most rounds of mending torn edges.
     pub mending_rounds: usize,
@@ -56,6 +58,7 @@ impl Default for ExactOptions {
             reach: 0.06,
             rounds: 3,
             final_rounds: 3,
+            fold_rounds: 2,
             crossing_rounds: 0,
             mending_rounds: 6,
             stiffness: Stiffness { smooth: 1.0, damping: 0.05 },
@@ -214,9 +217,10 @@ impl ExactPush {
             self.tears.region().iter().for_each(|&vertex| self.sites[vertex as usize].stale = true);
             self.settle(grounds, garment);
         }
+        let folds = self.unfold(grounds, garment);
         self.lift_single_faces(grounds, garment);
         self.settle(grounds, garment);
-        report.left = self.uncross(solver, grounds, garment);
+        report.left = Left { folds, crossings: self.uncross(solver, grounds, garment) };
         (report.inside_after, report.depth_after) = self.inside();
         report.pinched = self.sites.iter().filter(|site| site.exit.is_some()).count();
         report
@@ -387,17 +391,36 @@ impl ExactPush {
         self.lifts.iter().next().is_some()
     }
 
-    /// Moves triangles that cross a surface though none of their corners is inside, and those that cross others of the same
-    /// garment: smoothly, at last by themselves. No vertex gets inside the body by it. Returns how much is left.
-    fn uncross(&mut self, solver: &mut Warp, grounds: &[Ground<'_>], garment: &mut [Vec3]) -> Left {
-        let rounds = self.options.crossing_rounds;
-        let mut left = Left::default();
+    /// Draws out folds that have gone through each other; returns how many pairs of triangles are left deep in each other.
+    fn unfold(&mut self, grounds: &[Ground<'_>], garment: &mut [Vec3]) -> usize {
+        let mut rounds = self.options.fold_rounds;
         if rounds == 0 {
-            return left;
+            return 0;
+        }
+        self.folds.survey(&self.topology, garment);
+        loop {
+            let held = |vertex: u32| self.sites[vertex as usize].exit.is_some();
+            let count = self.folds.find(&self.topology, held, garment);
+            if count == 0 || rounds == 0 {
+                return count;
+            }
+            rounds -= 1;
+            for &vertex in self.folds.draw_out(&self.topology, held, garment) {
+                self.sites[vertex as usize].stale = true;
+            }
+            self.settle(grounds, garment);
+        }
+    }
+
+    /// Moves triangles that cross a surface though none of their corners is inside: smoothly, at last by themselves. No vertex
+    /// gets inside the body by it. Returns how many are left.
+    fn uncross(&mut self, solver: &mut Warp, grounds: &[Ground<'_>], garment: &mut [Vec3]) -> usize {
+        let rounds = self.options.crossing_rounds;
+        if rounds == 0 {
+            return 0;
         }
         self.before.clear();
         self.before.extend_from_slice(garment);
-        self.folds.survey(&self.topology, garment);
         self.moved.clear();
         self.moved.resize(garment.len(), true);
         for round in 0..=rounds {
@@ -407,18 +430,15 @@ impl ExactPush {
                 self.first.extend(self.crossings.iter().map(|crossing| (crossing.face(), crossing.depth())));
                 self.first.sort_unstable_by_key(|(face, _)| *face);
             }
-            self.folds.find(&self.topology, |vertex| self.sites[vertex as usize].exit.is_some(), garment);
             self.last.clear();
             self.last.extend_from_slice(garment);
-            left.folds = self.folds.count();
-            if left.folds == 0 && self.crossings.iter().next().is_none() {
+            if self.crossings.iter().next().is_none() {
                 break;
             }
             if round < rounds {
                 self.pushes.clear();
                 let weight = self.options.weight;
                 self.pushes.extend(self.crossings.iter().flat_map(|crossing| crossing.pushes(weight)));
-                self.pushes.extend(self.folds.pushes(weight));
                 solver.solve(self.options.stiffness, &self.pushes, &[], self.options.warp, &mut self.warp);
                 self.advance(solver.region(), garment);
             } else {
@@ -433,7 +453,7 @@ impl ExactPush {
             let moves = garment.iter().zip(&self.last).map(|(at, last)| at != last);
             self.moved.iter_mut().zip(moves).for_each(|(moved, moves)| *moved = moves);
         }
-        left.crossings = self.take_back(grounds, garment);
+        let left = self.take_back(grounds, garment);
         self.keep_out(grounds, garment);
         left
     }

@@ -31,9 +31,10 @@ impl Default for FitOptions {
 }
 
 impl FitOptions {
-    /// The fit that also parts triangles which cross a surface between their corners, or each other; not for real time.
+    /// The fit that also parts triangles which cross a surface between their corners; not for real time.
     pub fn careful() -> Self {
-        Self { exact: Some(ExactOptions { crossing_rounds: 1, ..ExactOptions::default() }), ..Self::default() }
+        let exact = ExactOptions { fold_rounds: 4, crossing_rounds: 1, ..ExactOptions::default() };
+        Self { exact: Some(exact), ..Self::default() }
     }
 
     /// The paper's three iterations alone.

@@ -3,32 +3,31 @@
 use modiste_core::{Topology, Vec3, corners, triangle_separation};
 
 use super::patches::Patches;
-use super::warp::Push;
+use super::rings::Rings;
 
 /// Triangles in each other by less than this (m) are left: what is deeper shows.
 const DEEP: f64 = 0.0015;
-/// How far apart triangles are sent (m).
-const CLEARANCE: f64 = 0.0003;
+/// Rings around a pair that give way.
+const RINGS: usize = 2;
+/// How often the region is evened out before the vertices are pushed out again.
+const TIMES: usize = 4;
 
-/// Two triangles of cloth that cross, and the way (m) that the second has to go to touch the first only.
-#[derive(Debug, Clone, Copy)]
-struct Fold {
-    faces: [[u32; 3]; 2],
-    way: Vec3,
-}
-
-/// Finds where a garment crosses itself. Keeps its memory.
+/// Finds where a garment crosses itself, and draws the folds out. Keeps its memory.
+///
+/// Which way two layers would part is not told by the triangles that cross: of a fold that has gone through itself they are
+/// only the rim. Evened out, it is gone.
 #[derive(Debug, Clone)]
 pub(crate) struct Folds {
     patches: Patches,
     /// Pairs of faces that came near each other when all were looked at.
     near: Vec<[u32; 2]>,
-    found: Vec<Fold>,
+    found: Vec<[u32; 2]>,
+    region: Rings,
 }
 
 impl Folds {
     pub(crate) fn new(topology: &Topology) -> Self {
-        Self { patches: Patches::new(topology), near: Vec::new(), found: Vec::new() }
+        Self { patches: Patches::new(topology), near: Vec::new(), found: Vec::new(), region: Rings::default() }
     }
 
     /// Looks at all of a garment (m), which [`Self::find`] looks at closely.
@@ -36,36 +35,31 @@ impl Folds {
         self.patches.pairs_that_may_cross(topology, garment, &mut self.near);
     }
 
-    /// Finds the pairs of triangles that are deep in each other, among those that were near each other in the survey. Those
-    /// with a corner that is `held`, between parts of the body that pass through each other, are left out.
-    pub(crate) fn find(&mut self, topology: &Topology, held: impl Fn(u32) -> bool, garment: &[Vec3]) {
+    /// Finds the pairs of triangles that are deep in each other, among those that were near each other in the survey; returns
+    /// how many there are. Those with all corners `held`, between parts of the body that pass through each other, are left out.
+    pub(crate) fn find(&mut self, topology: &Topology, held: impl Fn(u32) -> bool, garment: &[Vec3]) -> usize {
         self.found.clear();
         for pair in &self.near {
             let faces = pair.map(|face| topology.faces()[face as usize]);
-            // Faces that share a corner part by no push.
             let is_apart = !faces[0].iter().any(|vertex| faces[1].contains(vertex));
-            if is_apart && !faces.as_flattened().iter().any(|&vertex| held(vertex)) {
+            if is_apart && !faces.as_flattened().iter().all(|&vertex| held(vertex)) {
                 let [first, second] = faces.map(|face| corners(face, garment));
-                let way = triangle_separation(first, second).filter(|way| way.length_squared() > DEEP * DEEP);
-                self.found.extend(way.map(|way| Fold { faces, way }));
+                let way = triangle_separation(first, second);
+                self.found.extend(way.filter(|way| way.length_squared() > DEEP * DEEP).map(|_| *pair));
             }
         }
-    }
-
-    /// How many pairs were found.
-    pub(crate) fn count(&self) -> usize {
         self.found.len()
     }
 
-    /// Pushes that part the pairs, each triangle by half the way.
-    pub(crate) fn pushes(&self, weight: f64) -> impl Iterator<Item = Push> {
-        self.found.iter().flat_map(move |fold| {
-            let length = fold.way.length();
-            let normal = fold.way / length;
-            let sides = [(fold.faces[0], -normal), (fold.faces[1], normal)];
-            sides.into_iter().flat_map(move |(face, normal)| {
-                face.map(|vertex| Push { vertex, normal, gap: 0.5 * length + CLEARANCE, weight })
-            })
-        })
+    /// Evens out the garment (m) around the pairs that were found, but for vertices that are `held`; returns what moved.
+    pub(crate) fn draw_out(&mut self, topology: &Topology, held: impl Fn(u32) -> bool, garment: &mut [Vec3]) -> &[u32] {
+        self.region.clear(garment.len());
+        for &face in self.found.as_flattened() {
+            let free = topology.faces()[face as usize].into_iter().filter(|&vertex| !held(vertex));
+            free.for_each(|vertex| self.region.add(vertex));
+        }
+        self.region.grow(topology, RINGS, held);
+        self.region.even_out(topology, TIMES, garment);
+        self.region.vertices()
     }
 }

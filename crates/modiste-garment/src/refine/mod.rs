@@ -25,6 +25,7 @@ mod paper;
 mod patches;
 pub mod penetration;
 mod region;
+mod rings;
 mod shows;
 mod tears;
 mod walk;

@@ -3,6 +3,8 @@
 use modiste_core::{Edge, Topology, Vec3};
 use rayon::prelude::*;
 
+use super::rings::Rings;
+
 /// An edge is torn when it is longer than this many times its length as predicted, and by more than [`LEAST_TEAR`].
 const TORN: f64 = 1.6;
 /// Added to the length that an edge may have (m): short edges stretch much without being seen.
@@ -17,18 +19,16 @@ const EDGES_AT_ONCE: usize = 1024;
 /// Finds torn edges and evens out the displacements around them. Keeps its memory.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Tears {
-    region: Vec<u32>,
-    in_region: Vec<bool>,
+    region: Rings,
     /// Whether any of a run of edges is torn.
     torn_runs: Vec<bool>,
     displacements: Vec<Vec3>,
-    averages: Vec<Vec3>,
 }
 
 impl Tears {
     /// The vertices that [`Self::mend`] has moved.
     pub(crate) fn region(&self) -> &[u32] {
-        &self.region
+        self.region.vertices()
     }
 
     /// Replaces the displacements from `predicted` by the mean of their neighbours' around all torn edges. Returns
@@ -41,26 +41,15 @@ impl Tears {
         garment: &mut [Vec3],
     ) -> bool {
         self.find(topology, held, predicted, garment);
-        if self.region.is_empty() {
+        if self.region.vertices().is_empty() {
             return false;
         }
         self.displacements.resize(garment.len(), Vec3::ZERO);
         for ((displacement, at), from) in self.displacements.iter_mut().zip(garment.iter()).zip(predicted) {
             *displacement = *at - *from;
         }
-        for _ in 0..AVERAGES {
-            self.averages.clear();
-            self.averages.extend(self.region.iter().map(|&vertex| {
-                let around = topology.neighbours(vertex as usize);
-                let own = self.displacements[vertex as usize];
-                let sum: Vec3 = around.iter().map(|&other| self.displacements[other as usize]).sum();
-                0.5 * own + 0.5 / around.len().max(1) as f64 * sum
-            }));
-            for (&vertex, average) in self.region.iter().zip(&self.averages) {
-                self.displacements[vertex as usize] = *average;
-            }
-        }
-        for &vertex in &self.region {
+        self.region.even_out(topology, AVERAGES, &mut self.displacements);
+        for &vertex in self.region.vertices() {
             garment[vertex as usize] = predicted[vertex as usize] + self.displacements[vertex as usize];
         }
         true
@@ -68,15 +57,8 @@ impl Tears {
 
     /// The ends of torn edges and the rings around them.
     fn find(&mut self, topology: &Topology, held: impl Fn(u32) -> bool + Sync, predicted: &[Vec3], garment: &[Vec3]) {
-        let Self { region, in_region, torn_runs, .. } = self;
-        in_region.clear();
-        in_region.resize(garment.len(), false);
-        region.clear();
-        let mut add = |vertex: u32, region: &mut Vec<u32>| {
-            if !held(vertex) && !std::mem::replace(&mut in_region[vertex as usize], true) {
-                region.push(vertex);
-            }
-        };
+        let Self { region, torn_runs, .. } = self;
+        region.clear(garment.len());
         let is_torn = |edge: &Edge| {
             let [a, b] = edge.vertices.map(|vertex| vertex as usize);
             // Nearly all are told without a root.
@@ -90,16 +72,9 @@ impl Tears {
         runs.zip(&mut *torn_runs).for_each(|(edges, is_any_torn)| *is_any_torn = edges.iter().any(is_torn));
         let runs = topology.edges().chunks(EDGES_AT_ONCE).zip(torn_runs).filter(|(_, is_any_torn)| **is_any_torn);
         for edge in runs.flat_map(|(edges, _)| edges).filter(|edge| is_torn(edge)) {
-            edge.vertices.iter().for_each(|&vertex| add(vertex, region));
+            edge.vertices.iter().for_each(|&vertex| region.add(vertex));
         }
-        let mut ring = 0;
-        for _ in 0..RINGS {
-            let end = region.len();
-            for index in ring..end {
-                topology.neighbours(region[index] as usize).iter().for_each(|&vertex| add(vertex, region));
-            }
-            ring = end;
-        }
+        region.grow(topology, RINGS, held);
     }
 }
 
