@@ -11,8 +11,8 @@ const LIFT: f64 = 1e-5;
 /// How far (m) a vertex may be inside other skin for the way out to be looked for.
 const DEEPEST: f64 = 0.08;
 
-/// Other skin is looked for as far as this (m): more than a thigh is thick.
-const FURTHEST: f64 = 0.3;
+/// Other skin is looked for as far as this (m): a broad trunk is as wide, from armpit to armpit.
+const FURTHEST: f64 = 0.6;
 
 /// Two points of skin whose distance has shrunk by less than this since the template pose are two sides of one limb.
 const CAME_NEARER: f64 = 1.3;
@@ -99,9 +99,9 @@ impl Surface<'_> {
         (self.slope(&hit, normal) < -FACING[0]).then_some(hit)
     }
 
-    /// How thick the body is under a vertex (m).
-    pub(super) fn thickness(&self, x: Vec3, normal: Vec3) -> Option<f64> {
-        self.tree.ray_hit(self.x, x - LIFT * normal, -normal, FURTHEST).map(|hit| hit.distance)
+    /// How thick the body is under a vertex (m), [`FURTHEST`] at most.
+    pub(super) fn thickness(&self, x: Vec3, normal: Vec3) -> f64 {
+        self.tree.ray_hit(self.x, x - LIFT * normal, -normal, FURTHEST).map_or(FURTHEST, |hit| hit.distance)
     }
 
     /// Cosine between a direction and the normal of the face that was met: positive where the face is left from inside.

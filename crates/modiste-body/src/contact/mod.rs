@@ -62,8 +62,7 @@ impl SkinContact {
         let all = TriangleBvh::new(topology, template);
         let normals = vertex_normals(topology, template);
         let surface = Surface { topology, tree: &all, x: template };
-        let thickness: Vec<f64> =
-            (0..template.len()).map(|v| surface.thickness(template[v], normals[v]).unwrap_or(0.0)).collect();
+        let thickness: Vec<f64> = (0..template.len()).map(|v| surface.thickness(template[v], normals[v])).collect();
         let is_soft =
             |v: usize| !is_bony(vertex_parts[v]) && surface.facing(template[v], normals[v], FOLDED_AT_REST).is_none();
         let mut soft: [Vec<u32>; Part::COUNT] = Default::default();
