@@ -3,6 +3,7 @@
 use modiste_core::{Topology, Vec3};
 use rayon::prelude::*;
 
+use super::contact::Contact;
 use super::contacts::Site;
 use super::cover::Ground;
 
@@ -16,8 +17,6 @@ const FROM_OUTSIDE: f64 = -0.3;
 pub(crate) const SHOW_CLEARANCE: f64 = 0.001;
 /// Ridges lower than this above the cloth (m) are left: a fifth of what the guarantee allows.
 const LEAST: f64 = 1e-4;
-/// Where triangles over a ridge are sounded: shares of the corners.
-const SOUNDED: [[f64; 3]; 4] = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0]];
 /// Faces that one thread takes at a time.
 const FACES_AT_ONCE: usize = 256;
 
@@ -84,9 +83,9 @@ fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], (garment, show):
     let ends = nearest.iter().any(|(owner, _)| *owner != nearest[0].0);
     let turn = product(0, 1).min(product(1, 2)).min(product(2, 0));
     let corners = face.map(|vertex| garment[vertex as usize]);
-    if !ends
-        && !may_bulge(corners, turn, nearest.iter().map(|(_, contact)| contact.distance).fold(f64::INFINITY, f64::min))
-    {
+    let squared = |i: usize, j: usize| corners[i].distance_squared(corners[j]);
+    let rises = SHOW_CLEARANCE + rise(squared(0, 1).max(squared(1, 2)).max(squared(2, 0)), turn);
+    if !ends && nearest.iter().all(|(_, contact)| contact.distance >= rises) {
         return None;
     }
     let outer = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize_or_zero();
@@ -124,30 +123,40 @@ fn lift(face: [u32; 3], sites: &[Site], grounds: &[Ground<'_>], (garment, show):
         }
     }
     if show == Show::Ridges && turn < CURVED && height == 0.0 {
-        for shares in SOUNDED {
-            let point = shares[0] * corners[0] + shares[1] * corners[1] + shares[2] * corners[2];
-            let beside = nearest.iter().zip(shares).filter(|(_, share)| *share > 0.0);
-            let around = beside.filter_map(|((owner, contact), _)| grounds[*owner].touch_around(point, contact.face));
-            let found = around.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
-            if let Some(found) = found.filter(|found| -found.distance > height.max(LEAST)) {
-                (height, way) = (-found.distance, found.normal);
-            }
-        }
+        (height, way) = ridge(corners, nearest, grounds).unwrap_or((height, way));
     }
     // Centimetres above the cloth are no show-through, but another limb.
     (height > 0.0 && height < SHOW_REACH).then_some(Lift { face, normal: way, height })
 }
 
-/// Whether a surface whose normals at the corners of a triangle have a product of `turn` may bulge through it, when it is
-/// `distance` (m) below the nearest corner.
+/// How high (m) a ridge passes over a triangle between its corners, which have these contacts, and the way off it.
+fn ridge(corners: [Vec3; 3], contacts: [(usize, &Contact); 3], grounds: &[Ground<'_>]) -> Option<(f64, Vec3)> {
+    let sound = |point: Vec3, beside: &[(usize, &Contact)]| {
+        let is_new = |index: usize| beside[..index].iter().all(|other| other.1.face != beside[index].1.face);
+        let beside = (0..beside.len()).filter(|&index| is_new(index)).map(|index| beside[index]);
+        let around = beside.filter_map(|(owner, contact)| grounds[owner].touch_around(point, contact.face));
+        let found = around.min_by(|a, b| a.distance.abs().total_cmp(&b.distance.abs()));
+        found.filter(|found| found.distance < -LEAST).map(|found| (-found.distance, found.normal))
+    };
+    let sides = [[0, 1], [1, 2], [2, 0]].into_iter().filter(|&[i, j]| {
+        let turn = contacts[i].1.normal.dot(contacts[j].1.normal);
+        rise(corners[i].distance_squared(corners[j]), turn) > contacts[i].1.distance.min(contacts[j].1.distance)
+    });
+    let mut points = sides.map(|[i, j]| (corners[i].midpoint(corners[j]), [contacts[i], contacts[j]])).peekable();
+    // Over the middle only with a side.
+    points.peek()?;
+    let middle = sound((corners[0] + corners[1] + corners[2]) / 3.0, &contacts);
+    let found = points.filter_map(|(point, beside)| sound(point, &beside)).chain(middle);
+    found.max_by(|a, b| a.0.total_cmp(&b.0))
+}
+
+/// How far (m) a surface may rise between two points, the square of whose distance is given (m²), and whose normals have a
+/// product of `turn`.
 ///
 /// An arc that turns by θ over a chord L is at most about Lθ/8 above it; twice that, for surfaces that are not round.
-fn may_bulge(corners: [Vec3; 3], turn: f64, distance: f64) -> bool {
-    let squared = |i: usize, j: usize| corners[i].distance_squared(corners[j]);
-    let chord = squared(0, 1).max(squared(1, 2)).max(squared(2, 0)).sqrt();
+fn rise(squared: f64, turn: f64) -> f64 {
     // 1 - cos θ ≥ 0.2 θ² up to a half turn.
-    let angle = ((1.0 - turn).max(0.0) / 0.2).sqrt();
-    distance < SHOW_CLEARANCE + 0.25 * chord * angle
+    0.25 * (squared * (1.0 - turn).max(0.0) / 0.2).sqrt()
 }
 
 /// Whether a point is straight above or below a triangle.

@@ -21,6 +21,8 @@ const HAIR_KIND: &str = "hair-training";
 const STEP: f64 = 5e-5;
 /// Time (s) that hair hangs in the first pose until it is at rest, before a sequence is recorded.
 const SETTLING: f64 = 1.6;
+/// By how much longer (s) hair hangs that is simulated again, to see how far that leads.
+const LONGER: f64 = 0.5;
 /// Gusts relative to the mean wind.
 const GUSTS: f64 = 0.35;
 
@@ -125,7 +127,8 @@ impl TrainingFolder {
                 let poses = pose_all(body, sequence);
                 let frames = self.write_body(&track, sequence, &poses)?;
                 for cell in missing {
-                    let hair = self.simulate_cell(body, (cell, &grooms[cell]), (&poses, &frames), &sequence.name)?;
+                    let moved = (poses.as_slice(), frames.as_slice());
+                    let hair = self.simulate_cell(body, (cell, &grooms[cell]), moved, &sequence.name, SETTLING)?;
                     let shape = [poses.len(), grooms[cell].guides.points.len() * 3];
                     let mut writer = Writer::new(Header { kind: HAIR_KIND.to_owned(), ..Header::default() });
                     writer.add_i16("hair", &shape, hair);
@@ -139,12 +142,44 @@ impl TrainingFolder {
         Ok(())
     }
 
+    /// Mean distance (m) of points between hair simulated through a sequence and the same hair that had hung a little longer
+    /// before it began: what the simulation itself leaves open. One number for each frame.
+    ///
+    /// # Errors
+    /// A cell that the recipe does not have, or a groom that cannot be simulated.
+    pub fn repeat(
+        &self,
+        body: &Body,
+        (cell, groom): (usize, &Groom),
+        sequence: &Sequence,
+    ) -> Result<Vec<f64>, HairError> {
+        if cell >= self.recipe.cells.len() {
+            return Err(HairError::data("cell of the training set", self.recipe.cells.len(), cell));
+        }
+        let poses = pose_all(body, sequence);
+        let track = BustTrack::reference(body)?;
+        let frames = sequence.motion.frames.iter().zip(&poses);
+        let frames: Vec<Frame> = frames.map(|(pose, vertices)| track.canonical(vertices, pose).0).collect();
+        let hair = |settling: f64| self.simulate_cell(body, (cell, groom), (&poses, &frames), &sequence.name, settling);
+        let (first, second) = (hair(SETTLING)?, hair(SETTLING + LONGER)?);
+        let per_frame = 3 * groom.guides.points.len();
+        let distance = |(a, b): (&[i16], &[i16])| {
+            let squares = |(a, b): (&[i16], &[i16])| {
+                a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2)).sum::<f64>()
+            };
+            let sum: f64 = a.chunks_exact(3).zip(b.chunks_exact(3)).map(|pair| squares(pair).sqrt()).sum();
+            STEP * sum / groom.guides.points.len() as f64
+        };
+        Ok(first.chunks_exact(per_frame).zip(second.chunks_exact(per_frame)).map(distance).collect())
+    }
+
     fn simulate_cell(
         &self,
         body: &Body,
         (cell, groom): (usize, &Groom),
         (poses, frames): (&[Vec<Vec3>], &[Frame]),
         sequence: &str,
+        settling: f64,
     ) -> Result<Vec<i16>, HairError> {
         let cell = &self.recipe.cells[cell];
         let material = Material::of_softness(cell.softness)?;
@@ -157,7 +192,7 @@ impl TrainingFolder {
             Some(wind) => Wind::new(frame.rotation() * (FULL_WIND * wind.vector()), GUSTS, gusts),
             None => Wind::still(),
         };
-        for _ in 0..(SETTLING * SimulationOptions::default().fps) as usize {
+        for _ in 0..(settling * SimulationOptions::default().fps) as usize {
             simulation.step(&poses[0], &wind(&frames[0]));
         }
         let mut hair = Vec::with_capacity(poses.len() * groom.guides.points.len() * 3);
