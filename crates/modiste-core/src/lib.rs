@@ -15,7 +15,7 @@
 //! | sparse systems | [`SparseMatrix`], [`SparseCholesky`], [`BlockSystem`] (conjugate gradients) |
 //! | dense systems | [`Matrix`], [`ridge`], [`solve_spd`], [`symmetric_eigen`], [`largest_eigenvalue_magnitude`], [`thin_svd`] |
 //! | learned bases | [`Pca`], [`QuantisedBasis`] |
-//! | random numbers, progress | [`seeded_rng`], [`normal`], [`Progress`] |
+//! | random numbers, quantiles, progress | [`seeded_rng`], [`normal`], [`quantile()`], [`Progress`] |
 //! | pictures | [`render`] |
 //!
 //! One-shot functions serve a single call; where a model is used again and again there is a type that prepares once:
@@ -48,6 +48,7 @@ mod mesh;
 mod pca;
 mod polygon;
 mod progress;
+mod quantile;
 mod quantised;
 pub mod render;
 mod rng;
@@ -79,6 +80,7 @@ pub use mesh::{
 pub use pca::Pca;
 pub use polygon::{convex_hull_2d, polygon_area, polygon_contains, polygon_perimeter};
 pub use progress::{Progress, Silent};
+pub use quantile::quantile;
 pub use quantised::{QuantisedBasis, Step};
 pub use rng::{Rng, below, normal, seeded_rng, shuffle, uniform};
 pub use rotation::{

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use modiste_body::{Body, Motion, Pose};
-use modiste_core::{TriangleBvh, Vec3, mean_curvature};
+use modiste_core::{TriangleBvh, Vec3, mean_curvature, quantile};
 use serde::{Deserialize, Serialize};
 
 use crate::drape::{PoseSequence, Projection};
@@ -54,14 +54,6 @@ impl SequenceFigures {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
-}
-
-/// The value below which a part of the values lies.
-fn quantile(values: &[f64], part: f64) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    let last = sorted.len().saturating_sub(1);
-    sorted.get((part * last as f64).round() as usize).copied().unwrap_or(0.0)
 }
 
 /// Makes a simulated sequence again with and without dynamics and compares wrinkles and vertices.
@@ -121,7 +113,8 @@ pub struct Times {
 
 impl Times {
     fn of(seconds: &[f64]) -> Self {
-        Self { median: quantile(seconds, 0.5), p95: quantile(seconds, 0.95) }
+        let [median, p95] = [0.5, 0.95].map(|share| quantile(seconds, share).unwrap_or(0.0));
+        Self { median, p95 }
     }
 }
 

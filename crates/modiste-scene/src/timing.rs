@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use modiste_body::Motion;
+use modiste_core::quantile;
 use serde::{Deserialize, Serialize};
 
 use crate::Dresser;
@@ -88,31 +89,14 @@ pub fn time_frames(dresser: &mut Dresser, motion: &Motion, frames: usize) -> Tim
 }
 
 pub(crate) fn summarise(times: impl Iterator<Item = Duration>) -> Option<Summary> {
-    let mut milliseconds: Vec<f64> = times.map(|time| 1e3 * time.as_secs_f64()).collect();
-    milliseconds.sort_by(f64::total_cmp);
+    let milliseconds: Vec<f64> = times.map(|time| 1e3 * time.as_secs_f64()).collect();
     Some(Summary { median: quantile(&milliseconds, 0.5)?, p95: quantile(&milliseconds, 0.95)? })
-}
-
-/// Quantile of ascending values, interpolated between neighbours.
-fn quantile(ascending: &[f64], fraction: f64) -> Option<f64> {
-    let position = fraction * ascending.len().checked_sub(1)? as f64;
-    let below = position.floor() as usize;
-    let above = (below + 1).min(ascending.len() - 1);
-    Some(ascending[below] + (position - below as f64) * (ascending[above] - ascending[below]))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{Stage, Timing, quantile};
+    use super::{Stage, Timing};
     use std::time::Duration;
-
-    #[test]
-    fn quantiles_are_interpolated() {
-        assert_eq!(quantile(&[], 0.5), None);
-        assert_eq!(quantile(&[4.0], 0.95), Some(4.0));
-        assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.5), Some(2.0));
-        assert_eq!(quantile(&[0.0, 10.0], 0.95), Some(9.5));
-    }
 
     #[test]
     fn stages_are_told_apart_and_the_warm_up_left_out() {

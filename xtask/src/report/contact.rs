@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use anyhow::Result;
 use modiste_body::{Body, Motion, Part, PoseScratch};
-use modiste_core::{Silent, TriangleBvh, Vec3, vertex_normals};
+use modiste_core::{Silent, TriangleBvh, Vec3, quantile, vertex_normals};
 use serde::Serialize;
 
 use super::page::{Page, rounded};
@@ -108,7 +108,7 @@ fn look(trial: String, body: &Body, motion: &Motion) -> Found {
             crossing[which] += (tree.self_intersections(x).len() as f64 - folded).max(0.0);
         }
     }
-    let mut lengths: Vec<f64> = moved
+    let lengths: Vec<f64> = moved
         .iter()
         .flatten()
         .map(|d| d.length())
@@ -124,15 +124,8 @@ fn look(trial: String, body: &Body, motion: &Motion) -> Found {
         trial,
         inside: inside.map(|sum| sum / looked.max(1.0)),
         crossing: crossing.map(|sum| sum / looked.max(1.0)),
-        moved_mm: [quantile(&mut lengths, 0.95), quantile(&mut lengths, 1.0)],
-        flicker_mm: quantile(&mut changes, 0.95),
-        pose_ms: times.map(|mut times| quantile(&mut times, 0.5)),
+        moved_mm: [0.95, 1.0].map(|share| quantile(&lengths, share).unwrap_or(0.0)),
+        flicker_mm: quantile(&changes, 0.95).unwrap_or(0.0),
+        pose_ms: times.map(|times| quantile(&times, 0.5).unwrap_or(0.0)),
     }
-}
-
-/// The value that a share of all lies below; zero if there are none.
-fn quantile(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let place = (values.len() as f64 * share) as usize;
-    values.get(place.min(values.len().saturating_sub(1))).copied().unwrap_or(0.0)
 }

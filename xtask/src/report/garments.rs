@@ -3,11 +3,14 @@
 use anyhow::{Result, bail};
 use modiste::{EvaluatedGarment, Event, GarmentEvaluate, Gender, Job, Outcome, Sources, run};
 use modiste_cloth::pattern;
+use serde::{Deserialize, Serialize};
 
 use super::page::{Page, rounded};
-use crate::assets::{garment_file, training_folder};
+use crate::assets::{body_file, garment_file, training_folder};
 use crate::shell::workspace_root;
 
+/// Where what was found of each garment is kept, until its model is another.
+const FOLDER: &str = "training/evaluations";
 /// Bodies beside the mean one that garments are tried on.
 const OTHER_BODIES: usize = 4;
 /// Error (mm) of the garment's shape on bodies left out, at 20 coefficients.
@@ -36,20 +39,9 @@ pub(super) fn measure() -> Result<Page> {
     );
     let mut rows = Vec::new();
     for gender in Gender::ALL {
-        for garment in pattern::GARMENTS {
-            let (model, training) = (garment_file(gender, garment), training_folder(gender, garment));
-            if !modiste_io::exists(&model) {
-                continue;
-            }
-            let job = GarmentEvaluate {
-                model,
-                training: modiste_io::exists(&training).then_some(training),
-                bodies: OTHER_BODIES,
-                sources: Sources { makehuman: None, data: workspace_root().join("../shared/data") },
-            };
-            let Outcome::EvaluatedGarment(found) = run(&Job::GarmentEvaluate(job), &tell)? else {
-                bail!("evaluating {garment} gave something else");
-            };
+        for garment in pattern::GARMENTS.into_iter().filter(|garment| modiste_io::exists(garment_file(gender, garment)))
+        {
+            let found = evaluated(gender, garment)?;
             claim(&mut page, garment, &found);
             rows.push(describe(&found));
             page.figures(&found.garment, &found)?;
@@ -76,6 +68,37 @@ pub(super) fn measure() -> Result<Page> {
         rows,
     );
     Ok(page)
+}
+
+/// What was found of a garment, and of which models.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    stamp: String,
+    found: EvaluatedGarment,
+}
+
+/// Evaluates a garment, or takes what was found of the same models before.
+fn evaluated(gender: Gender, garment: &str) -> Result<EvaluatedGarment> {
+    let (model, training) = (garment_file(gender, garment), training_folder(gender, garment));
+    let mut bytes = modiste_io::read_bytes(&model)?;
+    bytes.extend(modiste_io::read_bytes(body_file(gender))?);
+    let stamp = modiste_io::hash(&bytes);
+    let file = workspace_root().join(FOLDER).join(format!("{}-{garment}.json", gender.name()));
+    if let Some(kept) = modiste_io::json::read::<Kept>(&file).ok().filter(|kept| kept.stamp == stamp) {
+        return Ok(kept.found);
+    }
+    let job = GarmentEvaluate {
+        model,
+        training: modiste_io::exists(&training).then_some(training),
+        bodies: OTHER_BODIES,
+        sources: Sources { makehuman: None, data: workspace_root().join("../shared/data") },
+    };
+    let Outcome::EvaluatedGarment(found) = run(&Job::GarmentEvaluate(job), &tell)? else {
+        bail!("evaluating {garment} gave something else");
+    };
+    modiste_io::create_folder(workspace_root().join(FOLDER))?;
+    modiste_io::json::write(&file, &Kept { stamp, found: found.clone() })?;
+    Ok(found)
 }
 
 /// Says what is being measured; a garment takes minutes.

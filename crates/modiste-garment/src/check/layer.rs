@@ -8,6 +8,9 @@ use super::{Found, Surface, faces_of};
 /// Points further than this from the inner garment (m) are neither above nor below it: it has no inside.
 const REACH: f64 = 0.03;
 
+/// By how much the way up from a point leans, so that it goes through no corner of a mesh that is like the body's.
+const ASIDE: Vec3 = Vec3::new(0.013, 0.007, -0.011);
+
 /// An inner garment in one frame.
 pub(super) struct Layer<'a> {
     surface: &'a Surface,
@@ -46,10 +49,17 @@ impl<'a> Layer<'a> {
         Sounding { depth: if is_below { depth } else { -at.distance }, nearest }
     }
 
-    /// Whether a point is nearer to the body than one of the garment, and has it above itself as seen from there: behind cloth
-    /// that stands off or crosses itself there is also the air outside, and past a hem that is folded over nothing is below.
+    /// Whether a point is nearer to the body than one of the garment, and has the garment above itself as seen from there:
+    /// behind cloth that stands off or crosses itself there is also the air outside, past a hem that is folded over nothing is
+    /// below, and beside a fold that stands off the way up is free.
     fn is_under(&self, point: Vec3, cloth: Vec3) -> bool {
-        self.skin.normal_at(cloth).dot(cloth - point) > 0.0 && self.skin.distance(point) < self.skin.distance(cloth)
+        let has_cloth_above = || {
+            let up = (self.skin.normal_at(point).normalize_or_zero() + ASIDE).normalize_or_zero();
+            up != Vec3::ZERO && self.surface.tree.ray_hit(self.x, point, up, REACH).is_some()
+        };
+        self.skin.normal_at(cloth).dot(cloth - point) > 0.0
+            && self.skin.distance(point) < self.skin.distance(cloth)
+            && has_cloth_above()
     }
 
     /// Whether a face has its outer side away from the body. Where cloth is folded over, its outer side does not say what is

@@ -182,8 +182,14 @@ fn past_a_hem_that_is_folded_over_nothing_is_below() {
     };
     let topology = Topology::new(cap.vertices.len(), faces).unwrap();
     let hem = Mesh { topology: topology.into(), vertices: cap.vertices.iter().map(turned).collect() };
-    let past = ball(0.001, 0.108 * Vec3::new(0.94, 0.33, 0.0).normalize_or_zero());
-    assert_eq!(check(&[&body, &hem, &past]).layers[0].below.count, 0);
+    for (around, up, height) in (0..6)
+        .flat_map(|turn| [0.33, 0.36, 0.39].map(|up| (f64::from(turn), up)))
+        .flat_map(|(around, up)| [0.103, 0.108].map(|height| (around, up, height)))
+    {
+        let towards = Vec3::new(around.cos(), up / 0.94, around.sin()).normalize_or_zero();
+        let past = ball(0.001, height * towards);
+        assert_eq!(check(&[&body, &hem, &past]).layers[0].below.count, 0, "{around} {up} {height}");
+    }
     let under = ball(0.001, 0.105 * Vec3::Y);
     assert_eq!(check(&[&body, &hem, &under]).layers[0].below.count, under.vertices.len());
 }

@@ -12,7 +12,7 @@ use modiste_garment::drape::{Placement, PoseSequence, ShapeOptions, leave_one_ou
 use modiste_garment::report::evaluate_sequence;
 use modiste_garment::{DrapeModel, Evaluation, MeanFigures, MotionFigures, TrainingSet};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::event::Reporter;
 use crate::{Assets, JobError, Sources};
@@ -38,7 +38,7 @@ pub struct GarmentEvaluate {
 }
 
 /// What measuring a garment gives back.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EvaluatedGarment {
     /// Whose garment, and its name.
     pub garment: String,

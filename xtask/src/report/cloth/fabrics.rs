@@ -3,6 +3,7 @@
 use anyhow::{Context, Result};
 use modiste_cloth::Fabric;
 use modiste_cloth::validate::{BendTest, Cut, DrapeOptions, StripTest, bend_test, strip_test};
+use modiste_core::quantile;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -125,7 +126,7 @@ fn strips(page: &mut Page, tested: &[(Fabric, Tested)]) {
                 all.filter(|strip| (strip.cut == Cut::Bias) == is_bias).map(|strip| error(&strip)).collect();
             let what =
                 format!("force along {name} at {percent:.1} % against the file, median of {} strips", errors.len());
-            page.at_most(&what, median(&errors), limit, "%");
+            page.at_most(&what, quantile(&errors, 0.5).unwrap_or(f64::NAN), limit, "%");
         }
     }
 }
@@ -164,7 +165,12 @@ fn bends(page: &mut Page, tested: &[(Fabric, Tested)]) {
     page.table(&header, rows);
     let errors: Vec<f64> =
         tested.iter().flat_map(|(_, tested)| tested.bends.iter().map(|bend| 100.0 * bend.sag.relative_error)).collect();
-    page.at_most("sag of a strip against the elastica, median", median(&errors), SAG_LIMIT, "%");
+    page.at_most(
+        "sag of a strip against the elastica, median",
+        quantile(&errors, 0.5).unwrap_or(f64::NAN),
+        SAG_LIMIT,
+        "%",
+    );
 }
 
 fn drapes(page: &mut Page, draped: &[Discs]) -> Result<()> {
@@ -196,10 +202,4 @@ fn drapes(page: &mut Page, draped: &[Discs]) -> Result<()> {
         page.claim(&what, target, format!("{} %", rounded(difference)), difference > scatter);
     }
     page.figures("drapes", &draped)
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::NAN)
 }
