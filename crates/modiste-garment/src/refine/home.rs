@@ -15,8 +15,10 @@ const WORN_REACH: f64 = 0.15;
 /// Cloth that would have to go further than this (m) to the skin that it is worn on takes the nearest way out instead.
 const FURTHEST_HOME: f64 = 0.12;
 
-/// Between limbs that are further apart than this (m) cloth hangs as it likes.
-const HALF_REACH: f64 = 0.012;
+/// Between limbs that are further apart than this (m) cloth hangs as it likes, and skin is not told further away to face other.
+const MOST_ROOM: f64 = 0.0218;
+/// Cloth further from the other limb than half of that (m) is on its own side of the middle.
+const HALF_REACH: f64 = 0.5 * MOST_ROOM;
 /// Skin that is no further from cloth at rest than this (m) is beside what it is worn on, in the crotch or under the arm.
 const BESIDE: f64 = 0.04;
 /// Product of the normals of skin that faces other skin.
@@ -76,11 +78,13 @@ impl Ground<'_> {
     /// [`Obstacle::leads_astray`].
     pub(crate) fn leave_half(&self, point: Vec3, contact: &mut Contact, home: &Home, hint: &mut u32) {
         let body = self.obstacle;
-        if contact.pinched || contact.distance > HALF_REACH || !body.is_across(contact.face, home) {
+        let is_near = !contact.pinched && contact.distance < HALF_REACH;
+        if !is_near || !body.is_across(contact.face, home) || body.room(contact.face) > MOST_ROOM {
             return;
         }
         let is_own = |face: u32, _| !body.is_across(face, home);
-        let Some(own) = body.nearest_where((point, 2.0 * HALF_REACH), hint, is_own) else { return };
+        let within = MOST_ROOM - contact.distance;
+        let Some(own) = body.nearest_where((point, within), hint, is_own) else { return };
         let own_distance = own.distance - self.height_of(own.face);
         if body.face_normal(own.face).dot(contact.normal) < FACING && contact.distance < own_distance {
             let half = 0.5 * (contact.distance + own_distance);

@@ -8,11 +8,16 @@
 use modiste_core::{Topology, Vec3, corners};
 use rayon::prelude::*;
 
-/// Faces of a patch, about.
+/// Faces of a patch, about, and at most.
 const SIZE: usize = 24;
+const MOST_FACES: usize = 64;
 /// Product of normals with the mean of two patches above which the patches are taken to lie flat.
 const FLAT: f32 = 0.15;
-/// Patches that one thread compares with all others at a time.
+/// Faces that one thread takes at a time.
+const FACES_AT_ONCE: usize = 512;
+/// The axis that clothes are longest along.
+const UP: usize = 1;
+/// Patches that one thread compares with those above at a time.
 const PATCHES_AT_ONCE: usize = 8;
 
 /// The patches of a garment.
@@ -27,6 +32,8 @@ pub(crate) struct Patches {
     boxes: Vec<Box3>,
     normals: Vec<[f32; 3]>,
     bounds: Vec<Bounds>,
+    /// The patches in the order of their low ends along [`UP`].
+    upwards: Vec<u32>,
     /// Pairs of faces that were found, in runs of patches.
     of_runs: Vec<Vec<[u32; 2]>>,
 }
@@ -40,6 +47,8 @@ struct Bounds {
     limits: Box3,
     /// Mean normal, of unit length.
     axis: [f32; 3],
+    /// Least product of it with the normal of a face.
+    spread: f32,
 }
 
 const EMPTY: Box3 = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
@@ -60,7 +69,8 @@ impl Patches {
             while next < faces.len() && faces.len() - (starts[patch as usize] as usize) < SIZE {
                 for vertex in topology.faces()[faces[next] as usize] {
                     for &face in topology.vertex_faces(vertex as usize) {
-                        if patch_of[face as usize] == u32::MAX {
+                        let has_room = faces.len() - (starts[patch as usize] as usize) < MOST_FACES;
+                        if has_room && patch_of[face as usize] == u32::MAX {
                             patch_of[face as usize] = patch;
                             faces.push(face);
                         }
@@ -81,6 +91,7 @@ impl Patches {
             list.dedup();
         }
         Self {
+            upwards: (0..starts.len() as u32 - 1).collect(),
             starts,
             faces,
             neighbours,
@@ -104,11 +115,14 @@ impl Patches {
         let known = &*self;
         of_runs.par_iter_mut().enumerate().for_each(|(run, found)| {
             found.clear();
-            for first in run * PATCHES_AT_ONCE..((run + 1) * PATCHES_AT_ONCE).min(count) {
+            for place in run * PATCHES_AT_ONCE..((run + 1) * PATCHES_AT_ONCE).min(count) {
+                let first = known.upwards[place] as usize;
                 let own = known.bounds[first].limits;
-                for second in first..count {
-                    if meet(&own, &known.bounds[second].limits) && !known.lies_flat(first, second) {
-                        found.extend(known.face_pairs([first, second]));
+                let others = known.upwards[place..].iter().map(|&second| second as usize);
+                for second in others.take_while(|&second| known.bounds[second].limits[0][UP] <= own[1][UP]) {
+                    let [low, high] = [first.min(second), first.max(second)];
+                    if meet(&own, &known.bounds[second].limits) && !known.lies_flat(low, high) {
+                        known.find_pairs([low, high], found);
                     }
                 }
             }
@@ -120,25 +134,26 @@ impl Patches {
 
     /// Boxes and normals of faces and patches.
     fn measure(&mut self, topology: &Topology, garment: &[Vec3]) {
-        self.boxes.clear();
-        self.normals.clear();
-        for &face in &self.faces {
+        let Self { starts, faces, boxes, normals, bounds, upwards, .. } = self;
+        let of_face = |&face: &u32| {
             let triangle @ [a, b, c] = corners(topology.faces()[face as usize], garment);
-            self.normals.push((b - a).cross(c - a).normalize_or_zero().as_vec3().to_array());
-            self.boxes.push(
-                triangle
-                    .map(|corner| corner.as_vec3().to_array())
-                    .iter()
-                    .fold(EMPTY, |limits, corner| join(limits, [*corner; 2])),
-            );
-        }
-        self.bounds.clear();
-        for patch in 0..self.starts.len() - 1 {
-            let range = self.starts[patch] as usize..self.starts[patch + 1] as usize;
-            let limits = self.boxes[range.clone()].iter().fold(EMPTY, |limits, other| join(limits, *other));
-            let sum = self.normals[range].iter().fold([0.0; 3], |sum, normal| add(sum, *normal));
-            self.bounds.push(Bounds { limits, axis: unit(sum) });
-        }
+            let places = triangle.map(|corner| corner.as_vec3().to_array());
+            let limits = places.iter().fold(EMPTY, |limits, corner| join(limits, [*corner; 2]));
+            ((b - a).cross(c - a).normalize_or_zero().as_vec3().to_array(), limits)
+        };
+        faces.par_iter().with_min_len(FACES_AT_ONCE).map(of_face).unzip_into_vecs(normals, boxes);
+        bounds.clear();
+        bounds.extend(starts.array_windows().map(|&[start, end]| {
+            let range = start as usize..end as usize;
+            let limits = boxes[range.clone()].iter().fold(EMPTY, |limits, other| join(limits, *other));
+            let axis = unit(normals[range.clone()].iter().fold([0.0; 3], |sum, normal| add(sum, *normal)));
+            let spread = normals[range].iter().fold(1.0f32, |least, normal| least.min(dot(*normal, axis)));
+            Bounds { limits, axis, spread }
+        }));
+        upwards.sort_unstable_by(|&a, &b| {
+            let low = |patch: u32| bounds[patch as usize].limits[0][UP];
+            low(a).total_cmp(&low(b)).then(a.cmp(&b))
+        });
     }
 
     /// Whether two patches are one, or neighbours, and all their normals point one way.
@@ -147,24 +162,44 @@ impl Patches {
             return false;
         }
         let axis = unit(add(self.bounds[first].axis, self.bounds[second].axis));
-        let is_flat = |patch: usize| self.normals[self.range(patch)].iter().all(|normal| dot(*normal, axis) > FLAT);
+        let is_flat = |patch: usize| {
+            // The cosine of the angle between the axes and that to the furthest normal together.
+            let Bounds { axis: own, spread, .. } = self.bounds[patch];
+            let (lean, sine) = (dot(own, axis), |cosine: f32| (1.0 - cosine * cosine).max(0.0).sqrt());
+            (spread > 0.0 && lean * spread - sine(lean) * sine(spread) > FLAT)
+                || self.normals[self.range(patch)].iter().all(|normal| dot(*normal, axis) > FLAT)
+        };
         is_flat(first) && is_flat(second)
     }
 
-    /// Pairs of faces of two patches whose boxes meet.
-    fn face_pairs(&self, [first, second]: [usize; 2]) -> impl Iterator<Item = [u32; 2]> {
-        let other = self.bounds[second].limits;
-        let near = self.range(first).filter(move |&slot| meet(&self.boxes[slot], &other));
-        near.flat_map(move |slot| {
-            let rest = self.range(second).filter(move |&with| first != second || with > slot);
-            let meeting = rest.filter(move |&with| meet(&self.boxes[slot], &self.boxes[with]));
-            meeting.map(move |with| [self.faces[slot], self.faces[with]])
-        })
+    /// Finds the pairs of faces of two patches whose boxes meet.
+    fn find_pairs(&self, [first, second]: [usize; 2], pairs: &mut Vec<[u32; 2]>) {
+        let common = overlap(&self.bounds[first].limits, &self.bounds[second].limits);
+        let is_near = |slot: &usize| meet(&self.boxes[*slot], &common);
+        let (mut others, mut count) = ([0; MOST_FACES], 0);
+        for slot in self.range(second).filter(is_near) {
+            others[count] = slot;
+            count += 1;
+        }
+        for slot in self.range(first).filter(is_near) {
+            let others = others[..count].iter().filter(|&&with| first != second || with > slot);
+            let meeting = others.filter(|&&with| meet(&self.boxes[slot], &self.boxes[with]));
+            pairs.extend(meeting.map(|&with| [self.faces[slot], self.faces[with]]));
+        }
     }
 }
 
 fn meet(a: &Box3, b: &Box3) -> bool {
     (0..3).all(|axis| a[0][axis] <= b[1][axis] && b[0][axis] <= a[1][axis])
+}
+
+/// What two boxes have in common, if they meet.
+fn overlap(a: &Box3, b: &Box3) -> Box3 {
+    let inner = |end: usize, axis: usize, least: bool| {
+        let (a, b) = (a[end][axis], b[end][axis]);
+        if (a < b) == least { b } else { a }
+    };
+    [[0, 1, 2].map(|axis| inner(0, axis, true)), [0, 1, 2].map(|axis| inner(1, axis, false))]
 }
 
 fn join(a: Box3, b: Box3) -> Box3 {

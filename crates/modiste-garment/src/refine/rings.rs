@@ -23,6 +23,11 @@ impl Rings {
         &self.vertices
     }
 
+    /// Whether a vertex is in the region.
+    pub(crate) fn has(&self, vertex: u32) -> bool {
+        self.has.get(vertex as usize).is_some_and(|&has| has)
+    }
+
     /// Takes a vertex in, once.
     pub(crate) fn add(&mut self, vertex: u32) {
         if !std::mem::replace(&mut self.has[vertex as usize], true) {
