@@ -44,7 +44,7 @@ pub(crate) struct DressArguments {
     /// Map ease and strain: picture, two coloured GLB files, and numbers for each region in the report.
     #[arg(long)]
     fit_map: bool,
-    /// Also part triangles that cross skin, a garment below or their own garment between their corners; twice the time.
+    /// Also part triangles that cross skin or a garment below between their corners; up to twice the time.
     #[arg(long)]
     careful: bool,
     /// Folder for the results.
