@@ -14,7 +14,7 @@ const RINGS: usize = 2;
 const TIMES: usize = 4;
 
 /// Pairs that one thread takes at a time.
-const PAIRS_AT_ONCE: usize = 512;
+const PAIRS_AT_ONCE: usize = 256;
 
 /// Finds where a garment crosses itself, and draws the folds out. Keeps its memory.
 ///
@@ -64,11 +64,10 @@ impl Folds {
                 && !corners_of_both().all(&held)
         };
         let runs = near.par_chunks(PAIRS_AT_ONCE);
-        found.resize_with(runs.len(), Vec::new);
-        runs.zip(&mut *found).for_each(|(pairs, found)| {
-            found.clear();
-            found.extend(pairs.iter().filter(is_deep));
-        });
+        // Never fewer, and each with room for all, so that their memory is kept.
+        found.resize_with(found.len().max(runs.len()), || Vec::with_capacity(PAIRS_AT_ONCE));
+        found.iter_mut().for_each(Vec::clear);
+        runs.zip(&mut *found).for_each(|(pairs, found)| found.extend(pairs.iter().filter(is_deep)));
         found.iter().map(Vec::len).sum()
     }
 

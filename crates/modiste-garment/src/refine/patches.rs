@@ -15,10 +15,12 @@ const MOST_FACES: usize = 64;
 const FLAT: f32 = 0.15;
 /// Faces that one thread takes at a time.
 const FACES_AT_ONCE: usize = 512;
+/// Room for the pairs of a run, whose patches are others in each frame.
+const PAIRS_OF_RUN: usize = 4096;
 /// The axis that clothes are longest along.
 const UP: usize = 1;
-/// Patches that one thread compares with those above at a time.
-const PATCHES_AT_ONCE: usize = 8;
+/// Runs of patches that are compared with those above side by side.
+const RUNS: usize = 16;
 
 /// The patches of a garment.
 #[derive(Debug, Clone)]
@@ -111,11 +113,12 @@ impl Patches {
         self.measure(topology, garment);
         let count = self.bounds.len();
         let mut of_runs = std::mem::take(&mut self.of_runs);
-        of_runs.resize_with(count.div_ceil(PATCHES_AT_ONCE), Vec::new);
+        of_runs.resize_with(RUNS, || Vec::with_capacity(PAIRS_OF_RUN));
+        let at_once = count.div_ceil(RUNS);
         let known = &*self;
         of_runs.par_iter_mut().enumerate().for_each(|(run, found)| {
             found.clear();
-            for place in run * PATCHES_AT_ONCE..((run + 1) * PATCHES_AT_ONCE).min(count) {
+            for place in (run * at_once).min(count)..((run + 1) * at_once).min(count) {
                 let first = known.upwards[place] as usize;
                 let own = known.bounds[first].limits;
                 let others = known.upwards[place..].iter().map(|&second| second as usize);
