@@ -175,6 +175,20 @@ mod tests {
     }
 
     #[test]
+    fn limbs_as_wide_as_a_broad_trunk_give_way_too() {
+        let wide = |distance: f64| {
+            let (topology, x) = balls(distance);
+            (topology, x.iter().map(|p| 1.9 * *p).collect::<Vec<Vec3>>())
+        };
+        let (topology, rest) = wide(0.3);
+        let (_, mut x) = wide(0.19);
+        let contact = contact(&topology, &rest, [Part::LeftUpperArm, Part::Chest]);
+        assert!(!TriangleBvh::new(&topology, &x).self_intersections(&x).is_empty());
+        contact.give_way(&topology, &rest, &mut ContactScratch::default(), &mut x);
+        assert_eq!(TriangleBvh::new(&topology, &x).self_intersections(&x), [] as [[u32; 2]; 0]);
+    }
+
+    #[test]
     fn bones_and_limbs_that_do_not_meet_stay_as_they_are() {
         let (topology, rest) = balls(0.3);
         let mut scratch = ContactScratch::default();

@@ -25,7 +25,8 @@ pub(crate) struct Contact {
     pub(crate) certain: bool,
     /// Whether no other part of the surface is nearer: then none holds a point that is outside of this one.
     pub(crate) nearest: bool,
-    /// How far away from it there is room (m), where the way leads to the skin that the point is worn on.
+    /// How much room there is from where it begins (m), where that is the middle between another limb and the skin that the
+    /// point is worn on; infinite elsewhere.
     pub(crate) room: f64,
 }
 

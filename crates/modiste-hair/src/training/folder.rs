@@ -154,7 +154,8 @@ impl TrainingFolder {
         sequence: &Sequence,
     ) -> Result<Vec<f64>, HairError> {
         if cell >= self.recipe.cells.len() {
-            return Err(HairError::data("cell of the training set", self.recipe.cells.len(), cell));
+            let wanted = format!("one of {}, counted from 0", self.recipe.cells.len());
+            return Err(HairError::data("cell of the training set", wanted, cell));
         }
         let poses = pose_all(body, sequence);
         let track = BustTrack::reference(body)?;

@@ -37,7 +37,7 @@ pub struct Dress {
     pub formats: Vec<Format>,
     /// Whether ease and strain are mapped.
     pub fit_map: bool,
-    /// Whether triangles that cross are parted, which about doubles the time of a frame.
+    /// Whether triangles that cross skin or a garment below between their corners are parted, in up to twice the time.
     pub careful: bool,
     /// The folder for the results. Files of the same names in it are replaced.
     pub out: PathBuf,
